@@ -19,6 +19,7 @@ import warnings
 import numpy
 
 from . import _bsp2
+from ._counted import counted as _counted
 from ._bsp2 import *  # noqa: F401,F403
 from ._bsp2 import Error, Expression, Ranks, Result, __version__  # noqa: F401
 
@@ -56,11 +57,11 @@ class _Bar:
     def __call__(self, superstep, done, cells):
         if self.bar is not None:
             self.bar.set_description_str(superstep, refresh=False)
-            self.bar.set_postfix_str(f"{cells:,} cells", refresh=False)
+            self.bar.set_postfix_str(_counted(cells, "cell"), refresh=False)
             self.bar.n = round(100 * done)
             self.bar.refresh()
         elif self.is_terminal:
-            sys.stderr.write(f"\r{superstep} {round(100 * done)} %, {cells:,} cells\x1b[K")
+            sys.stderr.write(f"\r{superstep} {round(100 * done)} %, {_counted(cells, 'cell')}\x1b[K")
             sys.stderr.flush()
 
     def close(self):
@@ -219,7 +220,7 @@ def _repr_png(self):
 
 
 def _repr(self):
-    what = "interrupted" if self.interrupted else f"{len(self):,} cells" if self.has_cells else "no cells held"
+    what = "interrupted" if self.interrupted else _counted(len(self), "cell") if self.has_cells else "no cells held"
     return f"<bsp2.Result: dimension {self.dimension}, volume {self.volume:.6g}, {what}>"
 
 

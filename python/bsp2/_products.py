@@ -13,6 +13,7 @@ import bsp2
 
 from . import _bsp2
 from ._bsp2 import Expression, Result, SolverMesh, Surface
+from ._counted import counted
 
 _DRAWING = frozenset(
     "hidden smooth smooth_angle centre_lines overall sheet scale projection title author number material date".split()
@@ -86,7 +87,8 @@ def _mesh_to_meshio(self):
 
 
 def _repr_mesh(self):
-    return f"<bsp2.SolverMesh: {len(self.tetrahedra):,} tetrahedra, {len(self.points):,} points, volume {self.volume:.6g}>"
+    cells, points = counted(len(self.tetrahedra), "tetrahedron", "tetrahedra"), counted(len(self.points), "point")
+    return f"<bsp2.SolverMesh: {cells}, {points}, volume {self.volume:.6g}>"
 
 
 SolverMesh.save = _save_mesh

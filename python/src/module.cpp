@@ -340,8 +340,8 @@ void add_solver_mesh(py::module_& m) {
 py::dict located(const Result& self, const py::object& points) {
   Doubles rows = rows_of(points, "points");
   if (rows.shape(1) != self.dimension())
-    throw py::value_error("points have " + std::to_string(rows.shape(1)) + " numbers, the solid has " +
-                          std::to_string(self.dimension()) + " dimensions");
+    throw py::value_error("points have as many numbers as the solid has dimensions: " +
+                          std::to_string(self.dimension()) + ", not " + std::to_string(rows.shape(1)));
   Locations found;
   {
     const py::gil_scoped_release nothing_of_python;

@@ -31,8 +31,7 @@ void add_expression(py::module_& m) {
       .def("__str__", &Expression::to_text)
       .def("__repr__",
            [](const Expression& self) {
-             return "<bsp2.Expression of " + std::to_string(self.dimension()) +
-                    (self.dimension() == 1 ? " dimension>" : " dimensions>");
+             return "<bsp2.Expression of dimension " + std::to_string(self.dimension()) + ">";
            })
       .def(
           "__add__", [](const Expression& a, const Expression& b) { return a + b; }, py::is_operator())

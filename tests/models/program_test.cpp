@@ -403,7 +403,7 @@ TEST_F(Program, IsStrictWhereItIsAskedTo) {
   const std::pair<std::string, std::string> all[] = {
       {open, ":2:2: "},
       {"cube(1);\n\n rotate_extrude() { square(2, center = true); }", ":3:2: a rotate_extrude is empty"},
-      {"cube(1);\n group() {\n  cube([1, 1, 1e-11]); }", ":3:3: a primitive is thinner"}};
+      {"cube(1);\n group() {\n  cube([1, 1, 1e-11]); }", ":3:3: 1 primitive is thinner"}};
   for (const auto& [text, place] : all) {
     const Ended strict = start("run --strict " + model(text) + " -o " + out().string());
     EXPECT_EQ(strict.code, 2) << strict.text;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bsp2/api/report/report_json.hpp"
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/surface/boundary.hpp"
 
 namespace bsp2 {
@@ -28,9 +29,10 @@ void reserve(geometry::CellBatch& whole, const supersteps::SolidMesh& mesh) {
     vertices += batch->facet_vertex_offset.back();
   }
   if (std::max({points, facets, vertices}) > std::numeric_limits<std::uint32_t>::max())
-    throw Error(std::to_string(cells) +
-                " cells are too many to be shown as arrays, whose offsets have 32 bits; write them as .pvtu, "
-                "or evaluate fewer (cells, tolerance, level)");
+    throw Error(counted(
+        cells,
+        "# cell[s] [is|are] too many to be shown as arrays, whose offsets have 32 bits; write them as .pvtu, "
+        "or evaluate fewer (cells, tolerance, level)"));
   whole.points.reserve(points * static_cast<std::size_t>(mesh.dimension));
   whole.point_offset.reserve(cells + 1);
   whole.facet_offset.reserve(cells + 1);
@@ -211,8 +213,8 @@ Locations Result::locate(std::span<const double> points) const {
           "to tell where points are takes all IN and FUZZY cells: evaluate with keep_in and keep_fuzzy");
     const auto d = static_cast<std::size_t>(result.report.dimension);
     if (points.size() % d != 0)
-      throw Error("locate: " + std::to_string(points.size()) + " numbers are no points of " +
-                  std::to_string(d) + " dimensions");
+      throw Error("locate: " + counted(points.size(), "# number[s] [is|are] no points of ") +
+                  counted(d, "# dimension[s]"));
     for (const double x : points)
       if (!(x >= -1e150 && x <= 1e150))
         throw Error("locate: a point is too far away to tell its distance (beyond 1e150)");

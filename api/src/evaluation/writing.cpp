@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "bsp2/api/report/report_json.hpp"
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/surface.hpp"
@@ -28,8 +29,9 @@ supersteps::PictureOptions picture_options(const View& view, supersteps::Picture
                 "' by colours: color, part, rank, region and label are possible");
   constexpr int largest = 20000;
   if (view.width < 1 || view.height < 1 || view.width > largest || view.height > largest)
-    throw Error("a picture of " + std::to_string(view.width) + " x " + std::to_string(view.height) +
-                " pixels cannot be drawn; 1 to " + std::to_string(largest) + " are possible");
+    throw Error("a picture of " + std::to_string(view.width) + " x " +
+                counted(view.height, "# pixel[s] cannot be drawn; 1 to ") + std::to_string(largest) +
+                " are possible");
   if (view.eye && view.look && *view.eye == *view.look)
     throw Error("eye and look are the same point: the picture needs a direction");
   supersteps::PictureOptions options;

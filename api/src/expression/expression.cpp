@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "expression/node.hpp"
 
@@ -31,15 +32,14 @@ std::uint64_t own_bytes(const Node& node) {
 }
 
 [[noreturn]] void refuse_dimensions(const std::string& name, int a, int b) {
-  throw Error(name + ": solids of " + std::to_string(a) + (a == 1 ? " dimension" : " dimensions") +
-              " and of " + std::to_string(b) +
+  throw Error(name + ": solids of " + counted(a, "# dimension[s]") + " and of " + std::to_string(b) +
               " do not go together; extrude, embed, project and section change the dimension");
 }
 
 void check_dimension(const std::string& name, int dimension) {
   if (!geometry::is_dimension(dimension))
-    throw Error(name + ": " + std::to_string(dimension) + " dimensions; 1 to " +
-                std::to_string(most_dimensions) + " are possible");
+    throw Error(name + ": " + counted(dimension, "# dimension[s]; 1 to ") + std::to_string(most_dimensions) +
+                " are possible");
 }
 
 /// Whether f(f(a, b), c) is f(a, b, c): what a loop of `solid = solid + next` makes is written as one node.
@@ -149,9 +149,8 @@ Matrix identity(int dimension) {
 
 void check_size(const std::string& name, std::size_t size, int dimension) {
   if (size != static_cast<std::size_t>(dimension))
-    throw Error(name + ": " + std::to_string(size) + (size == 1 ? " number" : " numbers") +
-                " for a solid of " + std::to_string(dimension) +
-                (dimension == 1 ? " dimension" : " dimensions"));
+    throw Error(name + ": " + counted(size, "# number[s]") + " for a solid of " +
+                counted(dimension, "# dimension[s]"));
 }
 
 void check_space(const std::string& name, int dimension) {
@@ -262,8 +261,8 @@ Expression Expression::rotate(double degrees, const std::array<double, 3>& axis)
 Expression Expression::rotate_plane(double degrees, int from, int to) const {
   if (from < 1 || to < 1 || from > dimension() || to > dimension() || from == to)
     throw Error("rotate_plane: axes " + std::to_string(from) + " and " + std::to_string(to) +
-                " of a solid of " + std::to_string(dimension()) +
-                " dimensions; two of them, from 1, span a plane");
+                " of a solid of " +
+                counted(dimension(), "# dimension[s]; two of them, from 1, span a plane"));
   Matrix matrix = identity(dimension());
   const auto n = static_cast<std::size_t>(dimension()) + 1, i = static_cast<std::size_t>(from - 1),
              j = static_cast<std::size_t>(to - 1);
@@ -298,8 +297,8 @@ Expression Expression::mirror(const Vector& normal) const {
 Expression Expression::transform(std::span<const double> matrix) const {
   const auto n = static_cast<std::size_t>(dimension()) + 1;
   if (matrix.size() != n * n && !(n == 3 && matrix.size() == 16))
-    throw Error("transform: " + std::to_string(matrix.size()) + " numbers; a solid of " +
-                std::to_string(dimension()) + " dimensions takes a matrix of " + std::to_string(n) + " x " +
+    throw Error("transform: " + counted(matrix.size(), "# number[s]; a solid of ") +
+                counted(dimension(), "# dimension[s] takes a matrix of ") + std::to_string(n) + " x " +
                 std::to_string(n));
   const std::size_t width = matrix.size() == 16 ? 4 : n;
   for (std::size_t i = 0; i + 1 < width; ++i)
@@ -321,8 +320,8 @@ Expression Expression::transform(const std::vector<Vector>& rows) const {
   Matrix matrix;
   for (const Vector& row : rows) {
     if (row.size() != rows.size())
-      throw Error("transform: the matrix has " + std::to_string(rows.size()) + " rows, and one of " +
-                  std::to_string(row.size()) + " numbers");
+      throw Error("transform: the matrix has " + counted(rows.size(), "# row[s], and one of ") +
+                  counted(row.size(), "# number[s]"));
     matrix.insert(matrix.end(), row.begin(), row.end());
   }
   return transform(std::span<const double>(matrix));

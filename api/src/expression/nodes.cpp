@@ -2,6 +2,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "expression/node.hpp"
 
 namespace bsp2 {
@@ -16,14 +17,14 @@ int dimension_of(const std::string& name, const Points& points) {
   if (points.empty()) throw Error(name + ": it has no points");
   for (const Vector& point : points)
     if (point.size() != points.front().size())
-      throw Error(name + ": a point of " + std::to_string(point.size()) + " numbers among points of " +
+      throw Error(name + ": a point of " + counted(point.size(), "# number[s] among points of ") +
                   std::to_string(points.front().size()));
   return static_cast<int>(points.front().size());
 }
 
 void check_dimension(const std::string& name, const Points& points, int dimension) {
   if (dimension_of(name, points) != dimension)
-    throw Error(name + ": points of " + std::to_string(points.front().size()) + " numbers; it takes " +
+    throw Error(name + ": points of " + counted(points.front().size(), "# number[s]; it takes ") +
                 std::to_string(dimension));
 }
 
@@ -163,8 +164,8 @@ Expression polytope(const Points& points) {
 }
 Expression polytope(std::span<const double> points, int dimension) {
   if (dimension < 1 || points.empty() || points.size() % static_cast<std::size_t>(dimension) != 0)
-    throw Error("polytope: " + std::to_string(points.size()) + " numbers are no points of " +
-                std::to_string(dimension) + " dimensions");
+    throw Error("polytope: " + counted(points.size(), "# number[s] [is|are] no points of ") +
+                counted(dimension, "# dimension[s]"));
   return Expression::node("polytope", {{"points", Value::rows(points, static_cast<std::size_t>(dimension))}},
                           {}, dimension);
 }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
 #include "bsp2/meshing/groups/groups.hpp"
@@ -22,13 +23,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using meshing::Complex;
 using meshing::Point;
-
-/// With commas between thousands.
-std::string grouped(std::uint64_t number) {
-  std::string digits = std::to_string(number);
-  for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, 1, ',');
-  return digits;
-}
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -115,11 +109,10 @@ class SolverMeshMaker {
     const supersteps::RunReport& report = result_.report;
     if (report.fuzzy_cells > 0)
       made_.notes.push_back(fmt::format(
-          "the mesh is that of what is inside for sure: {} that {} still undecided (FUZZY), of a volume of "
-          "{:.6g}, {} left out; of what is round, a smaller {}tolerance leaves out less",
-          report.fuzzy_cells == 1 ? std::string("one cell") : grouped(report.fuzzy_cells) + " cells",
-          report.fuzzy_cells == 1 ? "is" : "are", report.fuzzy_volume, report.fuzzy_cells == 1 ? "is" : "are",
-          dashes_));
+          "the mesh is that of what is inside for sure: {} of a volume of {:.6g}, {}; of what is round, a "
+          "smaller {}tolerance leaves out less",
+          counted(report.fuzzy_cells, "# cell[s] that [is|are] still undecided (FUZZY),"),
+          report.fuzzy_volume, counted(report.fuzzy_cells, "[is|are] left out"), dashes_));
   }
 
   void take(Complex complex) {
@@ -146,20 +139,19 @@ class SolverMeshMaker {
     const meshing::ShapeReport shaped = meshing::shape(mesh_.tetrahedra, options);
     if (shaped.turned > 0)
       throw std::runtime_error(fmt::format(
-          "no valid mesh was found: of {} tetrahedra {} {} flat or turned over, since the model has details "
+          "no valid mesh was found: of {} {} flat or turned over, since the model has details "
           "that are as small as doubles are rounded; a larger {}clean (now {:.3g}) may absorb them",
-          grouped(mesh_.tetrahedra.tetrahedra.size()), grouped(shaped.turned),
-          shaped.turned == 1 ? "is" : "are", dashes_, options.clean));
+          counted(mesh_.tetrahedra.tetrahedra.size(), "# tetrahedr[on|a]"),
+          counted(shaped.turned, "# [is|are]"), dashes_, options.clean));
     summary_.cells_at_first = shaped.tetrahedra_at_first;
     summary_.moved_points = shaped.moved_points;
     summary_.largest_move = shaped.largest_move;
     if (shaped.moved_points > 0)
       made_.notes.push_back(fmt::format(
-          "{} of the solid {} moved, by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}; the "
+          "{} moved, by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}; the "
           "volume changed by {:.3g}",
-          shaped.moved_points == 1 ? std::string("one corner") : grouped(shaped.moved_points) + " corners",
-          shaped.moved_points == 1 ? "was" : "were", shaped.largest_move, dashes_, options.clean,
-          total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before));
+          counted(shaped.moved_points, "# corner[s] of the solid [was|were]"), shaped.largest_move, dashes_,
+          options.clean, total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before));
     name_faces();
     tell_quality();
     summary_.seconds_of_shape = seconds_since(start);

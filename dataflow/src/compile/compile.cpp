@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "bsp2/dataflow/network/network.hpp"
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
@@ -565,15 +566,17 @@ class Compiler {
     if (flat_primitives_.empty()) return;
     std::ostringstream text;
     if (options_.place_of_primitive) text << options_.place_of_primitive(flat_primitive_);
-    const bool is_one = flat_primitives_.size() == 1, is_merged = options_.coincidence > 0;
-    text << (is_one ? "a primitive is " : std::to_string(flat_primitives_.size()) + " primitives are ");
+    const std::size_t count = flat_primitives_.size();
+    const bool is_merged = options_.coincidence > 0;
+    text << counted(count, "# primitive[s] [is|are] ");
     if (is_merged)
       text << "thinner than the tolerance, " << options_.coincidence << " of "
            << (options_.is_nested ? "what it is made of" : "the model") << ", and left out: ";
     else
-      text << "flat to the last bit of " << (is_one ? "its" : "their") << " numbers, so "
-           << (is_one ? "it encloses" : "they enclose") << " nothing, and left out: ";
-    text << (is_one ? "" : "the first one is ");
+      text << counted(count,
+                      "flat to the last bit of [its|their] numbers, so [it encloses|they enclose] nothing, "
+                      "and left out: ");
+    if (count > 1) text << "the first one is ";
     if (!options_.is_nested) text << "primitive " << flat_primitive_ << ", ";
     text << "between (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.lower[i];

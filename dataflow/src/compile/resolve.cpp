@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/builder/flat.hpp"
@@ -288,8 +289,9 @@ class Resolver {
     const std::size_t pairs = with_fewer_pairs(operands);
     if (pairs > 10'000 && std::any_of(operands.begin(), operands.end(), is_refined))
       throw Error("minkowski: of splines, subdivision surfaces and the like the cells are added, and " +
-                  std::to_string(pairs) +
-                  " pairs of them are too many (10000 at most); add a convex solid, or one with fewer parts");
+                  counted(pairs,
+                          "# pair[s] of them [is|are] too many (10,000 at most); add a convex solid, or one "
+                          "with fewer parts"));
   }
 
   /// @return how many pairs are left.
@@ -311,9 +313,9 @@ class Resolver {
       if (now >= at_first) return at_first;
       operands = std::move(coarser);
       if (now > most_pairs && corners > 16) continue;
-      warnings_.push_back("minkowski: " + std::to_string(at_first) +
-                          " pairs of convex parts are too many: circles get " + std::to_string(corners) +
-                          " corners at most where $fn does not say how many");
+      warnings_.push_back(
+          "minkowski: " + counted(at_first, "# pair[s] of convex parts [is|are] too many: circles get ") +
+          counted(corners, "# corner[s] at most where $fn does not say how many"));
       return now;
     }
     return at_first;

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/bounds.hpp"
 #include "bsp2/model/builder/builder.hpp"
@@ -30,7 +31,7 @@ Expression sum_of_parts(const std::vector<Points>& a, const std::vector<Points>&
     for (const Points& q : b) {
       if (q.size() / d > most_sums / (p.size() / d))
         throw Error(std::string(what) + ": operands of " + std::to_string(p.size() / d) + " and " +
-                    std::to_string(q.size() / d) + " points have too many sums; give them fewer sides");
+                    counted(q.size() / d, "# point[s] [has|have] too many sums; give them fewer sides"));
       sums.push_back(spanned(dimension, sums_of_corners(dimension, p, q)));
     }
   return united(dimension, std::move(sums));

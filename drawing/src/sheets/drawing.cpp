@@ -5,6 +5,7 @@
 #include <map>
 
 #include "bsp2/drawing/lines/hidden_lines.hpp"
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "lines/joining.hpp"
 #include "lines/round_faces.hpp"
@@ -275,10 +276,6 @@ class Draughtsman {
   }
 };
 
-std::string note_of(std::uint64_t count, const char* one, const char* several) {
-  return std::to_string(count) + (count == 1 ? one : several);
-}
-
 }  // namespace
 
 std::optional<SheetSize> sheet_size(std::string_view name) {
@@ -324,14 +321,14 @@ Drawing draw(const Brep& brep, std::span<const Brep> cuts, const DrawingOptions&
   draughtsman.finish();
   const LeftOut& left_out = draughtsman.left_out();
   if (left_out.short_lines > 0)
-    drawing.notes.push_back(note_of(left_out.short_lines, " line is", " lines are") +
-                            " shorter than 0.01 mm on the sheet, and left out; a larger --scale shows " +
-                            (left_out.short_lines == 1 ? "it" : "them"));
+    drawing.notes.push_back(counted(left_out.short_lines,
+                                    "# line[s] [is|are] shorter than 0.01 mm on the sheet, and left out; a "
+                                    "larger --scale shows [it|them]"));
   if (left_out.small_circles > 0)
-    drawing.notes.push_back(
-        "centre lines are left out " + note_of(left_out.small_circles, " time", " times") +
-        " where something round is smaller than 1.5 mm on the sheet; a larger --scale has "
-        "them");
+    drawing.notes.push_back(counted(left_out.small_circles,
+                                    "centre lines are left out # time[s] where something round is smaller "
+                                    "than 1.5 mm on the sheet; a larger --scale has "
+                                    "them"));
   for (const std::string& name : left_out.marks)
     drawing.notes.push_back("where section " + name +
                             " cuts is marked in no view: none of --views sees its plane from its edge");

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 
 namespace bsp2 {
@@ -51,7 +52,7 @@ void check_length(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   const std::uint64_t whole = length_by_header(file);
   if (!unknown && length < whole)
-    refuse("'" + path.string() + "'", "it is cut off: " + std::to_string(length) + " bytes of " +
+    refuse("'" + path.string() + "'", "it is cut off: " + counted(length, "# byte[s] of ") +
                                           std::to_string(whole) + " are there; build or install it again");
 }
 

@@ -5,6 +5,7 @@
 
 #include <cerrno>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/io/files/file.hpp"
 
 namespace bsp2::io {
@@ -18,7 +19,7 @@ std::string lack_of_room(const fs::path& path, std::uint64_t bytes) {
   std::error_code unknown;
   const fs::space_info space = fs::space(folder_of(path), unknown);
   if (unknown || space.available >= bytes) return "";
-  return "No space left on device: " + std::to_string(bytes) + " bytes are needed, " +
+  return "No space left on device: " + counted(bytes, "# byte[s] [is|are] needed, ") +
          std::to_string(space.available) + " are free";
 }
 

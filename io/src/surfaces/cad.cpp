@@ -4,6 +4,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "outputs/modules.hpp"
@@ -37,19 +38,13 @@ CadParts cad_parts(const geometry::Brep& brep, const PartLabels& labels) {
 /// What becomes points and nothing, in sentences.
 std::vector<std::string> notes_of(const fs::path& path, const CadRemarks& remarks) {
   std::vector<std::string> notes;
-  if (const auto count = remarks.short_edges; count > 0) {
-    std::ostringstream note;
-    note << path.string() << ": " << count << (count == 1 ? " edge is" : " edges are")
-         << " shorter than 1e-7, which CAD programs take for "
-         << (count == 1 ? "a point; it is one" : "points; they are points") << " in the file";
-    notes.push_back(note.str());
-  }
-  if (const auto count = remarks.thin_solids; count > 0) {
-    std::ostringstream note;
-    note << path.string() << ": " << count << (count == 1 ? " solid is" : " solids are")
-         << " thinner than 1e-7, and left out";
-    notes.push_back(note.str());
-  }
+  if (const auto count = remarks.short_edges; count > 0)
+    notes.push_back(path.string() +
+                    counted(count,
+                            ": # edge[s] [is|are] shorter than 1e-7, which CAD programs take "
+                            "for [a point; it is a point|points; they are points] in the file"));
+  if (const auto count = remarks.thin_solids; count > 0)
+    notes.push_back(path.string() + counted(count, ": # solid[s] [is|are] thinner than 1e-7, and left out"));
   return notes;
 }
 

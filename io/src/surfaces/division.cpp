@@ -4,6 +4,8 @@
 #include <map>
 #include <numeric>
 
+#include "bsp2/geometry/support/counted.hpp"
+
 namespace bsp2::io {
 namespace {
 
@@ -118,10 +120,10 @@ std::string joined_name(const std::vector<std::int32_t>& owners, const PartLabel
 /// What becomes of parts that touch. @param parts so many. @param objects that they are now.
 std::string told_of(std::size_t parts, std::size_t objects, const std::string& name,
                     const PartLabels& labels) {
-  std::string text = std::to_string(parts) + " parts touch " + (objects == 1 ? "each other" : "others") +
-                     ", and a surface has nothing between parts that touch: ";
-  text += objects == 1 ? "they are one object, '" + name + "'"
-                       : "those that touch are one object, as '" + name + "'";
+  std::string text =
+      counted(parts, "# part[s] [touches|touch] ") +
+      counted(objects, "[each other|others], and a surface has nothing between parts that touch: ");
+  text += counted(objects, "they are # object[s], [|as ]'") + name + "'";
   return text + (labels.are_coloured() ? ", whose triangles have the colours of their parts" : "");
 }
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/disjoint_sets.hpp"
 
 namespace bsp2::io {
@@ -104,19 +105,16 @@ void take_in(ManifoldMesh<Real>& mesh, const std::map<HalfEdge, std::uint32_t>& 
   }
 }
 
-std::string counted(std::uint64_t count, const std::string& noun) {
-  return std::to_string(count) + ' ' + noun + (count == 1 ? "" : "s");
-}
-
 }  // namespace
 
 std::string Touching::told() const {
   if (edges + corners == 0) return "";
-  std::string where = edges > 0 ? counted(edges, "edge") : "";
-  if (corners > 0) where += (edges > 0 ? " and " : "") + counted(corners, "corner");
-  return "the solid touches itself in " + where + "; " + (edges + corners == 1 ? "it is" : "they are") +
-         " there twice, since many programs want each edge between two triangles; the shape is the "
-         "same";
+  std::string where = edges > 0 ? counted(edges, "# edge[s]") : "";
+  if (corners > 0) where += (edges > 0 ? " and " : "") + counted(corners, "# corner[s]");
+  return "the solid touches itself in " + where +
+         counted(edges + corners,
+                 "; [it is|they are] there twice, since many programs want each edge between two triangles; "
+                 "the shape is the same");
 }
 
 template <typename Real>

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/sheet.hpp"
 
@@ -30,7 +31,7 @@ void write_drawings(const RunCommand& command, supersteps::RunResult& result, su
     notes.insert(notes.end(), drawn.notes.begin(), drawn.notes.end());
     if (!command.quiet)
       out << fmt::format(
-          "{} lines on {}, scale {}\n", drawn.sheet.paths.size(), options.size.name,
+          "{} on {}, scale {}\n", counted(drawn.sheet.paths.size(), "# line[s]"), options.size.name,
           drawn.scale >= 1 ? fmt::format("{:g}:1", drawn.scale) : fmt::format("1:{:g}", 1 / drawn.scale));
   });
 }

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 
 namespace bsp2::jobs {
@@ -96,8 +97,8 @@ std::vector<double> read_points(std::istream& text, const std::string& name, int
     }
     if (count == 0 && whole.find(',') == std::string::npos) continue;
     if (!good || count != dimension)
-      throw Error(fmt::format("{}:{}: '{}' is no point of dimension {}: {} numbers are needed", name, number,
-                              whole.substr(0, 60), dimension, dimension));
+      throw Error(fmt::format("{}:{}: '{}' is no point of dimension {}: {} needed", name, number,
+                              whole.substr(0, 60), dimension, counted(dimension, "# number[s] [is|are]")));
     if (!near)
       throw Error(fmt::format("{}:{}: '{}' is too far away: coordinates have to be between {:g} and {:g}",
                               name, number, whole.substr(0, 60), -farthest, farthest));

@@ -8,7 +8,7 @@
 #include <system_error>
 #include <vector>
 
-#include "tables/superstep_table.hpp"
+#include "bsp2/geometry/support/counted.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -51,13 +51,13 @@ bool is_in_background(std::FILE* file) { return ::tcgetpgrp(::fileno(file)) != :
 
 std::string progress_line(const ProgressState& state, std::size_t columns) {
   constexpr std::size_t least_bar = 8, most_bar = 30;
-  const std::size_t room =
-      std::max<std::size_t>(columns, 2) - 1;  // in the last column a terminal would begin a new line
-  std::vector<std::string> rest;              // the first is the last to go
+  // The terminal shows a Ctrl-C as ^C behind it, and in its last column would begin a new line.
+  const std::size_t room = std::max<std::size_t>(columns, 4) - 3;
+  std::vector<std::string> rest;  // the first is the last to go
   if (state.share)
     rest.push_back(fmt::format("{:3} %", static_cast<int>(100 * std::clamp(*state.share, 0.0, 1.0))));
   rest.push_back(time_text(state.seconds));
-  if (state.cells > 0) rest.push_back(grouped(state.cells) + (state.cells == 1 ? " cell" : " cells"));
+  if (state.cells > 0) rest.push_back(counted(state.cells, "# cell[s]"));
   if (const auto left = seconds_left(state)) rest.push_back("about " + time_text(*left) + " left");
   std::string line = state.what.substr(0, room);
   std::size_t kept = 0, width = line.size();

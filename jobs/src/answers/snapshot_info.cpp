@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
-#include "tables/superstep_table.hpp"
 
 namespace bsp2::jobs {
 
@@ -44,14 +44,14 @@ void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
     line("angle", fmt::format("{} degrees, seen from ({})", head.angle, fmt::join(head.eye, ", ")));
   if (head.level) line("level", std::to_string(*head.level));
   line("keep", kept(head));
-  line("regions",
-       fmt::format("{}, {} of them {}", head.partition_hyperplane.size() + 1, snapshot.frontier_region.size(),
-                   head.complete && tokens > 0 ? "with cells that stay FUZZY" : "unfinished"));
+  line("regions", fmt::format("{}, {} of them {}", grouped(head.partition_hyperplane.size() + 1),
+                              grouped(snapshot.frontier_region.size()),
+                              head.complete && tokens > 0 ? "with cells that stay FUZZY" : "unfinished"));
   line("steps", std::to_string(head.steps));
   line("IN cells", fmt::format("{} finished, volume {:.12g}{}", grouped(head.in_cells), head.in_volume,
                                tokens > 0 ? "; others are held beside what is undecided" : ""));
   if (head.keep_out) line("OUT cells", fmt::format("{} finished", grouped(head.out_cells)));
-  line("undecided", fmt::format("{} cells", grouped(tokens)));
+  line("undecided", counted(tokens, "# cell[s]"));
   if (head.in_cells > 0 || tokens == 0)
     line("digest", head.digest + (head.complete && tokens == 0 ? "" : " (of the finished cells)"));
   line("state", !head.complete ? "unfinished; go on with 'bsp2 resume'"

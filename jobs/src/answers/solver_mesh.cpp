@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
-#include "tables/superstep_table.hpp"
 
 namespace bsp2::jobs {
 
@@ -23,20 +23,23 @@ MeshSummary make_solver_mesh(const MeshCommand& command, supersteps::RunResult& 
 }
 
 void print_mesh_summary(std::ostream& out, const MeshSummary& summary, bool with_histogram) {
-  out << fmt::format("\n  mesh      {} {}, {} points, {} faces; volume {:.12g}\n", grouped(summary.cells),
-                     summary.polyhedra ? "polyhedra" : "tetrahedra", grouped(summary.points),
-                     grouped(summary.faces), summary.volume);
+  out << fmt::format("\n  mesh      {}, {}, {}; volume {:.12g}\n",
+                     summary.polyhedra ? counted(summary.cells, "# polyhedr[on|a]")
+                                       : counted(summary.cells, "# tetrahedr[on|a]"),
+                     counted(summary.points, "# point[s]"), counted(summary.faces, "# face[s]"),
+                     summary.volume);
   for (const auto& [name, volume] : summary.volumes)
     if (summary.volumes.size() > 1) out << fmt::format("  volume    {}: {:.12g}\n", name, volume);
   for (const auto& [name, faces] : summary.groups)
-    out << fmt::format("  group     {}: {} {}\n", name, grouped(faces), faces == 1 ? "face" : "faces");
+    out << fmt::format("  group     {}: {}\n", name, counted(faces, "# face[s]"));
   if (summary.polyhedra) return;
   out << fmt::format(
       "  shape     dihedral angles {:.3g} to {:.4g} degrees, smallest of each {:.3g} on average\n",
       summary.smallest_angle, summary.largest_angle, summary.mean_smallest_angle);
   const double percent = summary.cells > 0 ? 100.0 / static_cast<double>(summary.cells) : 0;
-  out << fmt::format("            below 1, 5 and 10 degrees: {}, {} and {} tetrahedra ({:.2g} %)\n",
-                     grouped(summary.below[0]), grouped(summary.below[1]), grouped(summary.below[2]),
+  out << fmt::format("            below 1, 5 and 10 degrees: {}, {} and {} ({:.2g} %)\n",
+                     grouped(summary.below[0]), grouped(summary.below[1]),
+                     counted(summary.below[2], "# tetrahedr[on|a]"),
                      percent * static_cast<double>(summary.below[2]));
   if (!with_histogram) return;
   const auto most = *std::max_element(summary.histogram.begin(), summary.histogram.end());

@@ -7,16 +7,13 @@
 #include <string>
 #include <tuple>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "tables/superstep_table.hpp"
 
 namespace bsp2::jobs {
 namespace {
 
 using supersteps::RunReport;
-
-std::string plural(std::uint64_t count, const char* noun) {
-  return grouped(count) + " " + noun + (count == 1 ? "" : "s");
-}
 
 std::string mebibytes(std::uint64_t bytes) {
   return fmt::format("{:.0f} MiB", static_cast<double>(bytes) / (1 << 20));
@@ -30,7 +27,8 @@ std::string tuple(const std::vector<double>& values) {
 }
 
 void print_cells(std::ostream& out, const char* label, std::uint64_t cells, const std::string& volume) {
-  out << fmt::format("  {:<10}{:>15} cells   volume {}\n", label, grouped(cells), volume);
+  out << fmt::format("  {:<10}{:>15} {:<6}  volume {}\n", label, grouped(cells), counted(cells, "cell[s]"),
+                     volume);
 }
 
 /// Found by this session, or by those before it and this one.
@@ -45,7 +43,7 @@ void print_moments(std::ostream& out, const supersteps::Measures& measures) {
   for (std::size_t i = 0; i < least.size(); ++i)
     for (std::size_t j = std::max<std::size_t>(i, 1); j < least.size(); ++j) {
       const std::string of = i == 0 ? fmt::format("x{}", j) : fmt::format("x{} x{}", i, j);
-      out << fmt::format("  {:<10}{:<6} {:.6g} to {:.6g}\n", i == 0 && j == 1 ? "integrals" : "", of,
+      out << fmt::format("  {:<10}{:<6} {:.6g} to {:.6g}\n", i == 0 && j < 2 ? "integrals" : "", of,
                          least[i][j], most[i][j]);
     }
 }
@@ -72,26 +70,31 @@ std::string simplex_name(const RunReport& report) {
 
 namespace {
 
+std::string counted_simplices(const RunReport& report) {
+  const std::uint64_t count = report.simplices->simplices;
+  return report.dimension == 3 ? counted(count, "# tetrahedr[on|a]") : counted(count, "# triangle[s]");
+}
+
 void print_simplices(std::ostream& out, const RunReport& report) {
   const auto& simplices = *report.simplices;
-  out << fmt::format("  tets      {} {}", grouped(simplices.simplices), simplex_name(report));
+  out << fmt::format("  tets      {}", counted_simplices(report));
   if (simplices.simplices > 0)
     out << fmt::format(", smallest {}angle {:.3g} degrees", report.dimension == 3 ? "dihedral " : "",
                        simplices.smallest_angle);
   out << '\n';
   if (simplices.incomplete_cells > 0)
     out << fmt::format("            left out, flat in doubles: of {}, volume {:.3g}\n",
-                       plural(simplices.incomplete_cells, "cell"), simplices.left_out_volume);
+                       counted(simplices.incomplete_cells, "# cell[s]"), simplices.left_out_volume);
 }
 
 }  // namespace
 
 void print_summary(std::ostream& out, const RunReport& report, bool with_table) {
   out << report.model << '\n'
-      << fmt::format("  {}, {}, {}\n", plural(report.primitives, "primitive"),
-                     plural(report.hyperplanes, "hyperplane"), plural(report.regions, "region"))
-      << fmt::format("  {}, {}\n\n", plural(report.ranks, "rank"),
-                     plural(report.threads, "thread") + (report.ranks > 1 ? " each" : ""));
+      << fmt::format("  {}, {}, {}\n", counted(report.primitives, "# primitive[s]"),
+                     counted(report.hyperplanes, "# hyperplane[s]"), counted(report.regions, "# region[s]"))
+      << fmt::format("  {}, {}\n\n", counted(report.ranks, "# rank[s]"),
+                     counted(report.threads, "# thread[s]") + (report.ranks > 1 ? " each" : ""));
   if (report.has_cells) {
     print_cells(out, "IN", report.in_cells, fmt::format("{:.12g}", report.in_volume));
     print_cells(out, "FUZZY", report.fuzzy_cells, fmt::format("{:.12g}", report.fuzzy_volume));
@@ -117,8 +120,9 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
   if (!report.lower.empty())
     out << "  bounds    " << tuple(report.lower) << "\n            " << tuple(report.upper) << '\n';
   if (report.boundary) {
-    out << fmt::format("  boundary  {}, area {:.12g}, {}\n", plural(report.boundary->triangles, "triangle"),
-                       report.boundary->area, report.boundary->closed ? "closed" : "NOT closed");
+    out << fmt::format("  boundary  {}, area {:.12g}, {}\n",
+                       counted(report.boundary->triangles, "# triangle[s]"), report.boundary->area,
+                       report.boundary->closed ? "closed" : "NOT closed");
   }
   if (report.simplices) print_simplices(out, report);
   if (report.has_cells) out << "  digest    " << report.digest << '\n';
@@ -130,7 +134,7 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
   }
   out << fmt::format("  {:.2f} s, {:.2f} s of CPU, at most {} of memory", report.seconds, report.cpu_seconds,
                      mebibytes(report.peak_rss_bytes));
-  if (report.has_cells) out << ", " << plural(cells_a_second(report), "cell") << " a second";
+  if (report.has_cells) out << ", " << counted(cells_a_second(report), "# cell[s]") << " a second";
   out << '\n';
 }
 

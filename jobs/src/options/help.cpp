@@ -6,6 +6,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "bsp2/geometry/support/counted.hpp"
+
 namespace bsp2::jobs {
 namespace {
 
@@ -80,8 +82,8 @@ class HelpFormatter : public CLI::Formatter {
     footer = footer.substr(0, footer.find("\n\n"));
     const std::string full = name + " --help-all";
     return make_description(app) + make_usage(app, name) + make_positionals(app) + "\n" +
-           short_options(*app) + "\n" + footer + "\nAll " + std::to_string(options_of(*app).size()) +
-           " options, by topic: " + full + "\n";
+           short_options(*app) + "\n" + footer + "\nAll " +
+           counted(options_of(*app).size(), "# option[s], by topic: ") + full + "\n";
   }
 
   /// No ranges in short help, and none of the marks that only matter to CLI11.

@@ -16,6 +16,7 @@
 #include "answers/snapshot_info.hpp"
 #include "answers/solver_mesh.hpp"
 #include "answers/summary.hpp"
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/surface.hpp"
@@ -118,7 +119,7 @@ int queue_command(const RunCommand& command, std::ostream& speech) {
   if (command.queue->action == QueueCommand::Action::split) {
     Queue::split(command.options, command.queue->folder, command.queue->job_seconds);
     const std::size_t jobs = Queue(command.queue->folder).size();
-    out << command.queue->folder.string() << ": " << jobs << (jobs == 1 ? " job\n" : " jobs\n");
+    out << command.queue->folder.string() << counted(jobs, ": # job[s]") << '\n';
     return 0;
   }
   Queue queue(command.queue->folder);

@@ -12,15 +12,21 @@ namespace bsp2::jobs {
 namespace {
 
 constexpr std::array watched{SIGINT, SIGTERM, SIGUSR1};
-std::atomic<bool> came, asked, answers;
+std::atomic<bool> came, asked, answers, is_terminal;
 std::string last_words;  // a handler may read it, as it is not changed while there is one
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler takes no locks");
 
 constexpr std::string_view in_midst =
     "bsp2: interrupted; ending once what there is has been written, or at once if interrupted again\n";
 
-void say(std::string_view text) {
+void put(std::string_view text) {
   [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
+}
+
+/// In the place of what stands on the line: a bar of progress, and the terminal's ^C.
+void say(std::string_view text) {
+  if (is_terminal) put("\r\033[K");
+  put(text);
 }
 
 /// As long as nobody has asked, nothing has been computed that could be saved.
@@ -38,6 +44,7 @@ void remember(int) {
 SignalWatch::SignalWatch(const std::string& farewell, bool speaks) {
   last_words = farewell;
   answers = speaks;
+  is_terminal = isatty(STDERR_FILENO) != 0;
   came = asked = false;
   struct sigaction action {};
   action.sa_handler = remember;

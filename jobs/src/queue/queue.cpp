@@ -19,10 +19,10 @@
 #include <system_error>
 #include <thread>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "queue/claim.hpp"
-#include "tables/superstep_table.hpp"
 
 namespace bsp2::jobs {
 namespace fs = std::filesystem;
@@ -253,8 +253,8 @@ class QueueWorker {
                           : state.halves() == 2 ? "divided in two"
                                                 : "to be gone on with";
     if (!is_new) outcome = "was done by another already";
-    out_ << fmt::format("job {}: {} cells in {:.1f} s, {}\n", job.name, grouped(state.cells), state.seconds,
-                        outcome)
+    out_ << fmt::format("job {}: {} in {:.1f} s, {}\n", job.name, counted(state.cells, "# cell[s]"),
+                        state.seconds, outcome)
          << std::flush;
   }
 
@@ -295,8 +295,8 @@ const char* name_of(const Job& job, const std::optional<ClaimState>& claim) {
 bool work_on(Queue& queue, const QueueCommand& command, const supersteps::RunOptions& options,
              std::ostream& out) {
   if (command.job && *command.job >= queue.size())
-    throw Error("--job " + std::to_string(*command.job) + ": the queue has the jobs 0 to " +
-                std::to_string(queue.size() - 1));
+    throw Error("--job " + std::to_string(*command.job) + ": the queue has " +
+                counted(queue.size(), "# job[s], the first being 0"));
   return QueueWorker(queue, command, options, out).run();
 }
 
@@ -311,11 +311,11 @@ void join_jobs(Queue& queue, bool partial, const fs::path& snapshot) {
     if (is_there) continue;
     if (++count <= 10) missing.append(count > 1 ? ", " : "").append(job.name);
   }
-  if (count > 10) missing += " and " + std::to_string(count - 10) + " more";
+  if (count > 10) missing += " and " + grouped(count - 10) + " more";
   if (count > 0 && !partial)
-    throw Error("'" + queue.folder().string() + "' is not done: no result of " +
-                (count == 1 ? "job " : "jobs ") + missing + "; evaluate them with 'bsp2 jobs run " +
-                queue.folder().string() + "', or leave them FUZZY with --partial");
+    throw Error("'" + queue.folder().string() + "' is not done: no result of " + counted(count, "job[s] ") +
+                missing + counted(count, "; evaluate [it|them] with 'bsp2 jobs run ") +
+                queue.folder().string() + counted(count, "', or leave [it|them] FUZZY with --partial"));
   supersteps::join_portions(queue.plan(), portions, snapshot);
 }
 
@@ -345,9 +345,8 @@ void print_status(std::ostream& out, Queue& queue, bool all) {
   std::string summary;
   for (const auto& [state, count] : counts)
     summary += fmt::format("{}{} {}", summary.empty() ? "" : ", ", count, state);
-  out << fmt::format("{}: {} job{}: {}; {:.0f} % of the estimated work, {} IN cells\n",
-                     queue.folder().string(), jobs.size(), jobs.size() == 1 ? "" : "s", summary, 100 * done,
-                     grouped(cells));
+  out << fmt::format("{}: {}: {}; {:.0f} % of the estimated work, {}\n", queue.folder().string(),
+                     counted(jobs.size(), "# job[s]"), summary, 100 * done, counted(cells, "# IN cell[s]"));
   if (rows.empty()) return;
   out << fmt::format("\n  {:<16} {:>8} {:<9} {:>12} {:>10} {:>9}  {}\n", "job", "work", "state", "IN cells",
                      "undecided", "time", "where")

@@ -6,7 +6,7 @@
 #include <ostream>
 #include <string>
 
-#include "tables/superstep_table.hpp"
+#include "bsp2/geometry/support/counted.hpp"
 
 namespace bsp2::jobs {
 namespace {

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <ostream>
 
+#include "bsp2/geometry/support/counted.hpp"
+
 namespace bsp2::jobs {
 namespace {
 
@@ -54,14 +56,6 @@ bool begins_session(const SuperstepRecord& record) { return record.name == "comp
 
 }  // namespace
 
-std::string grouped(std::uint64_t number) {
-  std::string digits = std::to_string(number);
-  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > 0; at -= 3) {
-    digits.insert(static_cast<std::size_t>(at), 1, ',');
-  }
-  return digits;
-}
-
 void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& records) {
   out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min",
                      "median", "max", "h", "cells", "seconds", "w+gh+l");
@@ -73,8 +67,7 @@ void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& rec
   for (const SuperstepRecord& record : records) {
     if (record.seconds.empty()) continue;
     if (begins_session(record) && was_resumed)
-      out << fmt::format("  session {}, {} rank{}\n", ++session, record.seconds.size(),
-                         record.seconds.size() == 1 ? "" : "s");
+      out << fmt::format("  session {}, {}\n", ++session, counted(record.seconds.size(), "# rank[s]"));
     print_record(out, record);
     h += h_of(record);
     hidden_h += hidden_of(record);

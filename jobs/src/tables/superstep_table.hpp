@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <iosfwd>
 #include <string>
 #include <vector>
@@ -8,9 +7,6 @@
 #include "bsp2/supersteps/ranks/ranks.hpp"
 
 namespace bsp2::jobs {
-
-/// 1234567 as 1,234,567.
-std::string grouped(std::uint64_t number);
 
 /// The supersteps for people, in at most 80 columns: the work of the ranks (least, median, most seconds
 /// without waiting), h, the cells of all ranks, the longest time from begin to end, and what the cost model w

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/module.hpp"
 #include "viewer/message.hpp"
@@ -306,9 +307,10 @@ void Viewer::finish(const supersteps::RunResult& result) {
   if (dimension_ < 2 || dimension_ > 3) {
     Message message("error", run_);
     message["title"] = "There is no picture of this model";
-    message["text"] =
-        model_ + " has " + std::to_string(dimension_) +
-        " dimensions, and the page shows solids of 2 and 3; a section or a projection of it can be shown";
+    message["text"] = model_ + " has " +
+                      counted(dimension_,
+                              "# dimension[s], and the page shows solids of 2 and 3; a section or a "
+                              "projection of it can be shown");
     scene_.put("error", message.bytes());
   }
   tell(dimension_ == 2 || dimension_ == 3 ? "finished" : "failed");

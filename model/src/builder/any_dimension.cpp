@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
@@ -20,14 +21,14 @@ using geometry::most_dimensions;
 
 void require_dimension(int dimension, const char* what) {
   if (!geometry::is_dimension(dimension))
-    throw Error(std::string(what) + ": " + std::to_string(dimension) + " dimensions; it takes 1 to " +
+    throw Error(std::string(what) + ": " + counted(dimension, "# dimension[s]; it takes 1 to ") +
                 std::to_string(most_dimensions));
 }
 
 void require_axis(int axis, int dimension, const char* what) {
   if (axis < 0 || axis >= dimension)
     throw Error(std::string(what) + ": there is no axis " + std::to_string(axis + 1) + " in " +
-                std::to_string(dimension) + " dimensions");
+                counted(dimension, "# dimension[s]"));
 }
 
 /// The interval that these numbers reach over.
@@ -75,13 +76,13 @@ struct Dimension {
   int operator()(const MinkowskiSum&) const {
     if (operands[1].dimension() != first())
       throw Error("minkowski: operands of " + std::to_string(first()) + " and " +
-                  std::to_string(operands[1].dimension()) + " dimensions");
+                  counted(operands[1].dimension(), "# dimension[s]"));
     return first();
   }
   int operator()(const Product&) const {
     const int all = first() + operands[1].dimension();
     if (all > most_dimensions)
-      throw Error("product: " + std::to_string(all) + " dimensions; the limit is " +
+      throw Error("product: " + counted(all, "# dimension[s]; the limit is ") +
                   std::to_string(most_dimensions));
     return all;
   }
@@ -103,7 +104,7 @@ struct Dimension {
     const auto stride = static_cast<std::size_t>(first()) + 1;
     if (map.matrix.size() != stride * stride)
       throw Error("projective: a matrix of " + std::to_string(stride) + " x " + std::to_string(stride) +
-                  " is needed for a solid of " + std::to_string(first()) + " dimensions");
+                  " is needed for a solid of " + counted(first(), "# dimension[s]"));
     require_finite(map.matrix, "projective");
     return first();
   }
@@ -112,8 +113,9 @@ struct Dimension {
     for (const auto& point : sweep.path) {
       require_finite(point, "sweep");
       if (static_cast<int>(point.size()) != first())
-        throw Error("sweep: the path has a point of " + std::to_string(point.size()) +
-                    " coordinates, the solid has " + std::to_string(first()) + " dimensions");
+        throw Error("sweep: the path has a point of " +
+                    counted(point.size(), "# coordinate[s], the solid has ") +
+                    counted(first(), "# dimension[s]"));
     }
     return first();
   }
@@ -125,8 +127,8 @@ Expression convex_hull(int dimension, std::span<const double> points) {
   require_dimension(dimension, "convex_hull");
   require_finite(points, "convex_hull");
   if (points.size() % static_cast<std::size_t>(dimension) != 0)
-    throw Error("convex_hull: " + std::to_string(points.size()) + " coordinates are no points of " +
-                std::to_string(dimension) + " dimensions");
+    throw Error("convex_hull: " + counted(points.size(), "# coordinate[s] [is|are] no points of ") +
+                counted(dimension, "# dimension[s]"));
   switch (dimension) {
     case 1:
       return interval(points);
@@ -146,8 +148,7 @@ Expression undecided_hull(int dimension, std::span<const double> points) {
   require_dimension(dimension, "undecided_hull");
   require_finite(points, "undecided_hull");
   if (points.size() % static_cast<std::size_t>(dimension) != 0)
-    throw Error("undecided_hull: there is a point with other than " + std::to_string(dimension) +
-                " coordinates");
+    throw Error("undecided_hull: there is a point with other than " + counted(dimension, "# coordinate[s]"));
   if (points.empty()) return Expression(dimension);
   std::optional<Polytope> polytope;
   if (dimension == 1) {
@@ -164,8 +165,8 @@ Expression undecided_hull(int dimension, std::span<const double> points) {
 Expression simplex(int dimension, std::span<const double> points) {
   require_dimension(dimension, "simplex");
   if (points.size() != static_cast<std::size_t>((dimension + 1) * dimension))
-    throw Error("simplex: in " + std::to_string(dimension) + " dimensions it has " +
-                std::to_string(dimension + 1) + " corners of " + std::to_string(dimension) + " coordinates");
+    throw Error("simplex: it takes " + counted(dimension + 1, "# corner[s] of ") +
+                counted(dimension, "# coordinate[s]"));
   return convex_hull(dimension, points);
 }
 
@@ -202,8 +203,8 @@ Expression ball_polytope(int dimension, double radius, std::uint32_t sides) {
   if (std::pow(static_cast<double>(steps + 1), dimension) -
           std::pow(static_cast<double>(steps - 1), dimension) >
       20000)
-    throw Error("ball_polytope: " + std::to_string(sides) + " sides in " + std::to_string(dimension) +
-                " dimensions are more than 20,000 corners");
+    throw Error("ball_polytope: " + counted(sides, "# side[s] in ") +
+                counted(dimension, "# dimension[s] [is|are] more than 20,000 corners"));
   std::vector<double> points;
   std::vector<std::int64_t> at(static_cast<std::size_t>(dimension), 0);
   for (bool more = steps > 0; more;) {  // all points of the grid, of which those on the cube's surface count
@@ -253,8 +254,8 @@ Expression extrude(Expression operand, std::initializer_list<double> lengths, bo
 Expression embed(Expression operand, int dimension, double thickness) {
   require_dimension(dimension, "embed");
   if (dimension < operand.dimension())
-    throw Error("embed: a solid of " + std::to_string(operand.dimension()) +
-                " dimensions does not fit into " + std::to_string(dimension) + "; see project and section");
+    throw Error("embed: a solid of " + counted(operand.dimension(), "# dimension[s]") +
+                " does not fit into " + std::to_string(dimension) + "; see project and section");
   if (!(thickness > 0)) throw Error("embed: the thickness has to be above 0: what is flat has no content");
   if (dimension == operand.dimension()) return operand;
   const std::vector<double> lengths(static_cast<std::size_t>(dimension - operand.dimension()), thickness);
@@ -282,7 +283,7 @@ Expression grow(Expression operand, double distance) {
 }
 
 Expression grow_round(Expression operand, double distance, std::uint32_t sides) {
-  if (sides < 3) throw Error("grow: " + std::to_string(sides) + " sides; it takes 3 or more");
+  if (sides < 3) throw Error("grow: " + counted(sides, "# side[s]; it takes 3 or more"));
   return construct(Growth{distance, Growth::Ball::round, sides}, {std::move(operand)});
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/expression/tessellation.hpp"
@@ -18,7 +19,7 @@ namespace {
 
 void require_sides(std::uint32_t sides, const char* what) {
   if (sides < 3 || sides > max_sides)
-    throw Error(std::string(what) + ": " + std::to_string(sides) + " sides; it takes 3 to " +
+    throw Error(std::string(what) + ": " + counted(sides, "# side[s]; it takes 3 to ") +
                 std::to_string(max_sides));
 }
 
@@ -30,7 +31,7 @@ int common_dimension(const std::vector<Expression>& operands, const char* what) 
   for (const Expression& operand : operands)
     if (operand.dimension() != operands.front().dimension())
       throw Error(std::string(what) + ": operands of " + std::to_string(operands.front().dimension()) +
-                  " and " + std::to_string(operand.dimension()) + " dimensions");
+                  " and " + counted(operand.dimension(), "# dimension[s]"));
   return operands.front().dimension();
 }
 
@@ -78,8 +79,9 @@ Expression sphere(double radius, std::uint32_t sides) {
   if (radius <= 0) return Expression(3);
   const std::uint32_t rings = ring_count(sides);
   if (std::uint64_t{rings} * sides > max_sphere_facets)
-    throw Error("sphere: " + std::to_string(sides) + " sides in " + std::to_string(rings) +
-                " rings are more than " + std::to_string(max_sphere_facets) + " facets");
+    throw Error("sphere: " + counted(sides, "# side[s] in ") +
+                counted(rings, "# ring[s] [is|are] more than ") + std::to_string(max_sphere_facets) +
+                " facets");
   Lathe lathe{sides, {}};
   lathe.rings.reserve(rings);
   for (std::uint32_t i = rings; i-- > 0;) {
@@ -96,7 +98,7 @@ Expression round_cylinder(int dimension, double radius, std::span<const double> 
                           std::uint32_t fineness) {
   const int all = dimension + static_cast<int>(lengths.size());
   if (dimension < 1 || all > geometry::most_dimensions)
-    throw Error("ball: " + std::to_string(all) + " dimensions; it takes 1 to " +
+    throw Error("ball: " + counted(all, "# dimension[s]; it takes 1 to ") +
                 std::to_string(geometry::most_dimensions));
   require_finite({&radius, 1}, "ball");
   require_finite(lengths, "ball");
@@ -208,8 +210,8 @@ Expression transform(std::span<const double> matrix, Expression operand) {
   const int dimension = operand.dimension();
   const auto stride = static_cast<std::size_t>(dimension) + 1;
   if (matrix.size() != stride * stride)
-    throw Error("transform: a matrix of " + std::to_string(matrix.size()) + " entries for a solid of " +
-                std::to_string(dimension) + " dimensions, which takes " + std::to_string(stride * stride));
+    throw Error("transform: a matrix of " + counted(matrix.size(), "# entr[y|ies] for a solid of ") +
+                counted(dimension, "# dimension[s], which takes ") + std::to_string(stride * stride));
   std::vector<double> affine(matrix.begin(), matrix.end());
   switch (normalize_affine(affine)) {
     case MatrixKind::not_finite:

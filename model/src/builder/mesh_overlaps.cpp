@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
 #include "bsp2/model/expression/csg.hpp"
 #include "builder/mesh_shells.hpp"
@@ -55,7 +56,7 @@ Finding finding_of(const TriangleMesh& mesh, unsigned threads) {
     fault = "crosses itself: " + text_of(*crossing);
   } else if (const auto odd = odd_winding(mesh)) {
     fault = "does not wind once around all that it encloses: beside the corner " + point_text(odd->corner) +
-            " its faces wind " + std::to_string(odd->times) + " times around a point";
+            " its faces wind " + counted(odd->times, "# time[s] around a point");
   } else {
     return {};
   }

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/builder/flat.hpp"
 #include "builder/convex_hull.hpp"
@@ -33,8 +34,12 @@ std::string short_text_of(double x) {
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x, std::chars_format::general, 3).ptr};
 }
 
-std::string counted(std::size_t count, const char* one, const char* many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
+std::string left_out_text(std::size_t count) {
+  return counted(count, "# face[s] that [was|were] there already [is|are] left out");
+}
+
+std::string turned_text(std::size_t count) {
+  return counted(count, "# face[s] wound unlike [its neighbours is|their neighbours are] turned");
 }
 
 std::string text_of(const Point3& p) {
@@ -53,7 +58,7 @@ void check_input(const std::vector<Point3>& points, const FaceCycles& faces) {
     for (const std::uint32_t corner : faces[f])
       if (corner >= points.size())
         throw Error("polyhedron: face " + std::to_string(f) + " names point " + std::to_string(corner) +
-                    ", but there are " + std::to_string(points.size()) + " points, the first being 0");
+                    ", but there are " + counted(points.size(), "# point[s], the first being 0"));
 }
 
 /// Index of the first point at the same place, for every point.
@@ -91,7 +96,7 @@ std::string text_of(const std::vector<Point3>& points, const std::vector<OpenEdg
   std::string text = "not closed: the edge from point " + std::to_string(edge.a) + " " +
                      text_of(points[edge.a]) + " to point " + std::to_string(edge.b) + " " +
                      text_of(points[edge.b]) + " has no matching face on its other side";
-  if (open.size() > 1) text += "; " + counted(open.size() - 1, "more edge is", "more edges are") + " open";
+  if (open.size() > 1) text += "; " + counted(open.size() - 1, "# more edge[s] [is|are] open");
   return text;
 }
 
@@ -254,8 +259,8 @@ std::vector<Triangle> single_triangles(const std::vector<Point3>& points, const 
   std::string face;
   for (const std::uint32_t corner : solid[first])
     face += (face.empty() ? "" : ", ") + text_of(points[corner]);
-  warn("made of faces that are there more than once, the first of them " + face + ". Repaired: " +
-       counted(count, "face that was there already is", "faces that were there already are") + " left out");
+  warn("made of faces that are there more than once, the first of them " + face +
+       ". Repaired: " + left_out_text(count));
   return closed_triangles(points, once);
 }
 
@@ -264,10 +269,10 @@ std::optional<TriangleMesh> with_turned_shells(std::optional<TriangleMesh> mesh,
                                                const std::function<void(std::string)>& warn) {
   if (!mesh) return mesh;
   const ShellFaults faults = turn_shells(*mesh);
-  const std::string all = counted(faults.shells, "shell", "shells");
+  const std::string all = counted(faults.shells, "# shell[s]");
   if (faults.turned > 0)
-    warn("inside out: the shell with the corner " + text_of(faults.turned_at) + ". Repaired: " +
-         std::to_string(faults.turned) + " of " + all + (faults.turned == 1 ? " is turned" : " are turned"));
+    warn("inside out: the shell with the corner " + text_of(faults.turned_at) +
+         ". Repaired: " + counted(faults.turned, "# of ") + all + counted(faults.turned, " [is|are] turned"));
   if (faults.nested > 0)
     warn("wound around more than once: the shell with the corner " + text_of(faults.nested_at) +
          " lies in another one and is wound like it, so it is no cavity but counts as inside. That holds "
@@ -297,19 +302,14 @@ Mended mended_mesh(const std::vector<Point3>& given, FaceCycles faces) {
   std::size_t count = 0;
   MergedCorners merged = merged_corners(given, faces);
   if (merged.count > 0)
-    mended.repairs.push_back(counted(merged.count, "corner that is", "corners that are") + " up to " +
-                             short_text_of(merged.distance) + " apart from " +
-                             (merged.count == 1 ? "another one is" : "others are") + " merged with " +
-                             (merged.count == 1 ? "it" : "these"));
-  faces = without_copies(merged.faces, count);
-  if (count > 0)
     mended.repairs.push_back(
-        counted(count, "face that was there already is", "faces that were there already are") + " left out");
+        counted(merged.count, "# corner[s] that [is|are] up to ") + short_text_of(merged.distance) +
+        counted(merged.count, " apart from [another one is|others are] merged with [it|these]"));
+  faces = without_copies(merged.faces, count);
+  if (count > 0) mended.repairs.push_back(left_out_text(count));
   FaceCycles wound = consistently_wound(faces, count);
   if (count > 0 && open_edges(wound).size() < open_edges(faces).size()) {
-    mended.repairs.push_back(
-        counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") +
-        " turned");
+    mended.repairs.push_back(turned_text(count));
     faces = std::move(wound);
   }
   faces = joined(given, faces, merged.distance);
@@ -320,11 +320,12 @@ Mended mended_mesh(const std::vector<Point3>& given, FaceCycles faces) {
   }
   Patches patches = patches_of(mended.points, faces, open);
   std::vector<Triangle> own = triangulated(mended.points, faces);
-  mended.repairs.push_back(counted(open.size(), "open edge is", "open edges are") + " closed by caps");
+  mended.repairs.push_back(counted(open.size(), "# open edge[s] [is|are] closed by caps"));
   count = leave_out_sheets(mended.points, own, patches.triangles);
   if (count > 0)
-    mended.repairs.push_back(counted(count, "part that is", "parts that are") +
-                             " an open sheet and encloses nothing is left out");
+    mended.repairs.push_back(counted(count,
+                                     "# part[s] that [is an open sheet and encloses nothing is|are open "
+                                     "sheets and enclose nothing are] left out"));
   own.insert(own.end(), patches.triangles.begin(), patches.triangles.end());
   mended.triangles = closed_triangles(mended.points, as_faces(own), true);
   return mended;
@@ -381,8 +382,7 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   FaceCycles cycles = all;
   const FaceCycles once = without_duplicates(cycles, count);
   if (count > 0) {
-    const std::string repair =
-        counted(count, "face that was there already is", "faces that were there already are") + " left out";
+    const std::string repair = left_out_text(count);
     if (const auto solid = closed(given, once))
       return told(repair), finished(mesh_of(given, closed_triangles(given, *solid)));
     repairs.push_back(repair);
@@ -390,9 +390,7 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   }
   const FaceCycles wound = consistently_wound(cycles, count);
   if (count > 0 && open_edges(wound).size() < open_edges(cycles).size()) {
-    const std::string repair =
-        counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") +
-        " turned";
+    const std::string repair = turned_text(count);
     if (const auto solid = closed(given, wound))
       return told(repair), finished(mesh_of(given, closed_triangles(given, *solid)));
     repairs.push_back(repair);

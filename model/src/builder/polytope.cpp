@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "bsp2/geometry/support/counted.hpp"
+
 namespace bsp2::model {
 namespace {
 
@@ -58,9 +60,9 @@ class QhullRun {
     if (error != qh_ERRnone) {
       release();
       throw HullNotFound("the convex hull of " +
-                         std::to_string(points_.size() / static_cast<std::size_t>(dimension)) +
-                         " points in " + std::to_string(dimension) +
-                         " dimensions was not found (qhull: error " + std::to_string(error) + ")");
+                         counted(points_.size() / static_cast<std::size_t>(dimension), "# point[s] in ") +
+                         counted(dimension, "# dimension[s]") + " was not found (qhull: error " +
+                         std::to_string(error) + ")");
     }
   }
   ~QhullRun() { release(); }

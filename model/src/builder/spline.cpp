@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
@@ -24,7 +25,7 @@ std::size_t check_knots(const std::vector<double>& knots, std::uint32_t degree) 
                 std::to_string(most_degree));
   require_finite(knots, "spline");
   if (knots.size() < 2 * std::size_t{degree} + 2)
-    throw Error("spline: " + std::to_string(knots.size()) + " knots; degree " + std::to_string(degree) +
+    throw Error("spline: " + counted(knots.size(), "# knot[s]; degree ") + std::to_string(degree) +
                 " takes at least " + std::to_string(2 * degree + 2));
   if (!std::is_sorted(knots.begin(), knots.end())) throw Error("spline: the knots do not ascend");
   const std::size_t count = knots.size() - degree - 1;
@@ -32,18 +33,18 @@ std::size_t check_knots(const std::vector<double>& knots, std::uint32_t degree) 
   for (std::size_t i = 1; i + degree + 1 < knots.size(); ++i)
     if (knots[i] == knots[i + degree] && knots[i] > knots[degree] && knots[i] < knots[count])
       throw Error("spline: the knot " + std::to_string(knots[i]) + " comes more than " +
-                  std::to_string(degree) + " times: the map is torn there");
+                  counted(degree, "# time[s]: the map is torn there"));
   return count;
 }
 
 void check_piece(int dimension, const Spline::Piece& piece) {
   const std::size_t parameters = piece.degrees.size();
   if (parameters < 1 || parameters > static_cast<std::size_t>(dimension))
-    throw Error("spline: " + std::to_string(parameters) + " parameters in " + std::to_string(dimension) +
-                " dimensions");
+    throw Error("spline: " + counted(parameters, "# parameter[s] in ") +
+                counted(dimension, "# dimension[s]"));
   if (piece.knots.size() != parameters)
-    throw Error("spline: " + std::to_string(piece.knots.size()) + " lists of knots for " +
-                std::to_string(parameters) + " parameters");
+    throw Error("spline: " + counted(piece.knots.size(), "# list[s] of knots for ") +
+                counted(parameters, "# parameter[s]"));
   std::size_t count = 1;
   std::string shape;
   for (std::size_t j = 0; j < parameters; ++j) {
@@ -109,7 +110,7 @@ void check_fans(const std::map<Edge, Edge>& next) {
       throw Error("subdivision: parts of the mesh touch only in point " + std::to_string(first->first.first));
     if (count < 3)
       throw Error("subdivision: point " + std::to_string(first->first.first) + " has " +
-                  std::to_string(count) + " edges; it takes 3 or more");
+                  counted(count, "# edge[s]; it takes 3 or more"));
     first = end;
   }
 }
@@ -133,7 +134,7 @@ std::vector<double> clamped_knots(std::uint32_t degree, std::size_t count) {
 
 Expression spline(int dimension, std::vector<Spline::Piece> pieces) {
   if (dimension < 2 || dimension > geometry::most_dimensions)
-    throw Error("spline: " + std::to_string(dimension) + " dimensions; it takes 2 to " +
+    throw Error("spline: " + counted(dimension, "# dimension[s]; it takes 2 to ") +
                 std::to_string(geometry::most_dimensions));
   if (pieces.empty()) return Expression(dimension);
   for (const auto& piece : pieces) {
@@ -143,7 +144,7 @@ Expression spline(int dimension, std::vector<Spline::Piece> pieces) {
     };
     if (piece.degrees.size() != pieces.front().degrees.size() || solid(piece) != solid(pieces.front()))
       throw Error("spline: pieces of " + std::to_string(pieces.front().degrees.size()) + " and of " +
-                  std::to_string(piece.degrees.size()) + " parameters");
+                  counted(piece.degrees.size(), "# parameter[s]"));
   }
   check_weights(dimension, pieces);
   const auto stride = static_cast<std::size_t>(dimension) + 1;
@@ -164,18 +165,18 @@ Expression bezier(int dimension, std::vector<std::uint32_t> degrees, std::vector
 
 Expression subdivision_surface(int dimension, SubdivisionSurface surface) {
   if (dimension < 3 || dimension > geometry::most_dimensions)
-    throw Error("subdivision: " + std::to_string(dimension) + " dimensions; it takes 3 to " +
+    throw Error("subdivision: " + counted(dimension, "# dimension[s]; it takes 3 to ") +
                 std::to_string(geometry::most_dimensions));
   require_finite(surface.points, "subdivision");
   const auto stride = static_cast<std::size_t>(dimension);
   if (surface.points.size() % stride != 0)
-    throw Error("subdivision: a point has other than " + std::to_string(dimension) + " coordinates");
+    throw Error("subdivision: a point has other than " + counted(dimension, "# coordinate[s]"));
   if (surface.faces.empty()) return Expression(dimension);
   for (const auto& face : surface.faces) {
-    if (face.size() < 3) throw Error("subdivision: a face has " + std::to_string(face.size()) + " corners");
+    if (face.size() < 3) throw Error("subdivision: a face has " + counted(face.size(), "# corner[s]"));
     if (surface.scheme == SubdivisionSurface::Scheme::loop && face.size() != 3)
-      throw Error("subdivision: a face has " + std::to_string(face.size()) +
-                  " corners; Loop's scheme takes triangles");
+      throw Error("subdivision: a face has " +
+                  counted(face.size(), "# corner[s]; Loop's scheme takes triangles"));
     for (const std::uint32_t corner : face)
       if (corner >= surface.points.size() / stride)
         throw Error("subdivision: there is no point " + std::to_string(corner));

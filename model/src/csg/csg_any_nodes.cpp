@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
@@ -60,7 +61,7 @@ class Strict {
     for (const Argument& argument : arguments.all()) {
       if (argument.name.empty()) {
         if (++positional > signature_.arguments.size())
-          fail("takes at most " + std::to_string(signature_.arguments.size()) + " arguments" + known());
+          fail("takes at most " + counted(signature_.arguments.size(), "# argument[s]") + known());
         continue;
       }
       if (std::find(signature_.arguments.begin(), signature_.arguments.end(), argument.name) ==
@@ -92,7 +93,7 @@ class Strict {
   [[nodiscard]] int dimension(std::optional<double> missing = std::nullopt) const {
     const int d = integer("dimension", missing);
     if (!geometry::is_dimension(d))
-      fail("has " + std::to_string(d) + " dimensions; 1 to " + std::to_string(NodePool::most_dimensions) +
+      fail("has " + counted(d, "# dimension[s]; 1 to ") + std::to_string(NodePool::most_dimensions) +
            " are possible");
     return d;
   }
@@ -194,8 +195,8 @@ Expression any_primitive(NodeKind kind, const Strict& arguments) {
       const auto points = arguments.lists("points");
       if (arguments.has("dimension") &&
           static_cast<std::size_t>(arguments.dimension()) != points.front().size())
-        arguments.fail("has points of " + std::to_string(points.front().size()) +
-                       " coordinates, and 'dimension' says otherwise");
+        arguments.fail("has points of " +
+                       counted(points.front().size(), "# coordinate[s], and 'dimension' says otherwise"));
       return simplex(static_cast<int>(points.front().size()), flattened(points));
     }
     case NodeKind::polytope: {
@@ -205,7 +206,7 @@ Expression any_primitive(NodeKind kind, const Strict& arguments) {
     case NodeKind::cuboid: {
       const auto size = arguments.numbers("size");
       if (size.empty() || size.size() > NodePool::most_dimensions)
-        arguments.fail("has " + std::to_string(size.size()) + " lengths; 1 to " +
+        arguments.fail("has " + counted(size.size(), "# length[s]; 1 to ") +
                        std::to_string(NodePool::most_dimensions) + " are possible");
       return cuboid(size, arguments.flag("center"));
     }
@@ -216,8 +217,8 @@ Expression any_primitive(NodeKind kind, const Strict& arguments) {
           arguments.has("h") ? arguments.numbers("h") : std::vector<double>{1};
       const int d = arguments.dimension(3), axes = d - static_cast<int>(lengths.size());
       if (axes < 1)
-        arguments.fail("has " + std::to_string(lengths.size()) + " lengths in " + std::to_string(d) +
-                       " dimensions; one axis at least has to be round");
+        arguments.fail("has " + counted(lengths.size(), "# length[s] in ") +
+                       counted(d, "# dimension[s]; one axis at least has to be round"));
       const Expression solid = round_cylinder(axes, radius_of(arguments), lengths, fineness_of(arguments));
       return arguments.flag("center") ? centred(solid, lengths) : solid;
     }

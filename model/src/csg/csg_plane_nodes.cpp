@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "builder/polygon.hpp"
@@ -33,9 +34,9 @@ void read_paths(const Value* list, std::size_t points, FaceCycles& paths, const 
     paths.end_face();
   }
   if (missing > 0)
-    warn("path " + std::to_string(first_with_missing) +
-         " of this polygon names a point that is not there; there are " + std::to_string(points) +
-         (missing == 1 ? "" : "; in all, " + std::to_string(missing) + " names of points are passed over"));
+    warn("path " + std::to_string(first_with_missing) + " of this polygon names a point that is not there; " +
+         counted(points, "there [is|are] #") +
+         (missing > 1 ? counted(missing, "; in all, # name[s] of points [is|are] passed over") : ""));
 }
 
 }  // namespace

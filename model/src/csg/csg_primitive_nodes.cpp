@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 
@@ -24,8 +25,9 @@ std::uint32_t checked_sides(double radius, const Arguments& arguments, bool is_s
     throw Error(sides_text(sides, radius, resolution) + "; the limit is " + std::to_string(max_sides));
   const auto count = static_cast<std::uint32_t>(sides);
   if (is_sphere && std::uint64_t{count} * ring_count(count) > max_sphere_facets)
-    throw Error(sides_text(sides, radius, resolution) + " in " + std::to_string(ring_count(count)) +
-                " rings; the limit is " + std::to_string(max_sphere_facets) + " facets");
+    throw Error(sides_text(sides, radius, resolution) + " in " +
+                counted(ring_count(count), "# ring[s]; the limit is ") + std::to_string(max_sphere_facets) +
+                " facets");
   return count;
 }
 

@@ -4,6 +4,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/model/expression/csg.hpp"
@@ -133,9 +134,7 @@ class Reader {
   }
   std::string located(const Remark& remark) {
     const std::size_t more = remark.more_places;
-    return located(remark.error) +
-           (more == 0 ? ""
-                      : " (and at " + std::to_string(more) + (more == 1 ? " more place)" : " more places)"));
+    return located(remark.error) + (more == 0 ? "" : counted(more, " (and at # more place[s])"));
   }
   std::string located(const SyntaxError& error) {
     if (is_imported(name_))  // the file is the model, and its text is ours
@@ -448,11 +447,13 @@ int Reader::settle_dimension(Frame& frame) {
     const int other = at->dimension();
     if (operand_dimension(frame.kind) != 0 &&
         (other > 3 || other < 2 || (frame.kind == NodeKind::offset && frame.is_own)))
-      note(frame, "'" + std::string(frame.name) + "' takes children of " + std::to_string(dimension) +
-                      " dimensions, not of " + std::to_string(other) + advice_for_dimension(frame.kind));
+      note(frame, "'" + std::string(frame.name) + "' takes children of " +
+                      counted(dimension, "# dimension[s], not of ") + std::to_string(other) +
+                      advice_for_dimension(frame.kind));
     else if ((other != 2 && other != 3) || (dimension != 2 && dimension != 3))
-      note(frame, "'" + std::string(frame.name) + "' has children of " + std::to_string(dimension) + " and " +
-                      std::to_string(other) + " dimensions; extrude, embed and project change the dimension");
+      note(frame, "'" + std::string(frame.name) + "' has children of " + std::to_string(dimension) +
+                      " and of " +
+                      counted(other, "# dimension[s]; extrude, embed and project change the dimension"));
     if (!pool_.is_empty(*at)) dropped.push_back(static_cast<std::size_t>(at - operands_.begin()));
     *at = pool_.empty(0);
   }
@@ -512,9 +513,10 @@ Expression Reader::image_of(Frame& frame, const Expression& child) {
     const auto stride = static_cast<std::size_t>(dimension) + 1;
     matrix = matrices_.back().square;
     if (matrix.size() != stride * stride) {
-      note(frame, "multmatrix: its children have " + std::to_string(dimension) +
-                      " dimensions, so its matrix has to be " + std::to_string(stride) + " x " +
-                      std::to_string(stride) + ", the translation in the last column");
+      note(frame, "multmatrix: its children have " +
+                      counted(dimension, "# dimension[s], so its matrix has to be ") +
+                      std::to_string(stride) + " x " + std::to_string(stride) +
+                      ", the translation in the last column");
       return pool_.empty(dimension);
     }
   }
@@ -645,7 +647,7 @@ SyntaxError Reader::nothing_left() const {
     if (warning.error.offset != left_out_->offset || warning.error.text == left_out_->text) continue;
     if (more++ < most) error.text += "; " + warning.error.text;
   }
-  if (more > most) error.text += "; and " + std::to_string(more - most) + " more warnings";
+  if (more > most) error.text += "; and " + counted(more - most, "# more warning[s]");
   return error;
 }
 
@@ -673,7 +675,7 @@ Model Reader::result() {
   for (const Remark& warning : warnings_) model.warnings.push_back(located(warning));
   for (const Remark& each : notes_) model.notes.push_back(located(each));
   if (warnings_left_out_ > 0)
-    model.warnings.push_back(name_ + ": and " + std::to_string(warnings_left_out_) + " more warnings");
+    model.warnings.push_back(name_ + ": and " + counted(warnings_left_out_, "# more warning[s]"));
   return model;
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "builder/polyhedron.hpp"
@@ -48,7 +49,7 @@ void read_faces(const Value* list, std::size_t points, FaceCycles& faces, const 
         faces.corners.push_back(static_cast<std::uint32_t>(x));
       else
         warn("face " + std::to_string(f) + " of this polyhedron names point " + text_of(x) +
-             ", but there are " + std::to_string(points) + " points, the first being 0; it is passed over");
+             ", but there are " + counted(points, "# point[s], the first being 0; it is passed over"));
     }
     faces.end_face();
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 
@@ -76,7 +77,7 @@ ControlNet control_net(const Arguments& arguments, const std::string& node, int 
   net.dimension = static_cast<int>(grid.counts.back());
   net.counts.assign(grid.counts.begin(), grid.counts.end() - 1);
   if (net.dimension < 2 || grid.counts.back() > most_dimensions)
-    throw Error(node + ": points of " + std::to_string(net.dimension) + " coordinates; it takes 2 to " +
+    throw Error(node + ": points of " + counted(net.dimension, "# coordinate[s]; it takes 2 to ") +
                 std::to_string(most_dimensions));
   if (net.counts.empty())
     throw Error(node +
@@ -146,8 +147,8 @@ std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& 
     }
   }
   if (knots.size() != net.counts.size())
-    throw Error(what + " has to be a list of numbers for each of the " + std::to_string(net.counts.size()) +
-                " parameters");
+    throw Error(what + " has to be a list of numbers for each of the " +
+                counted(net.counts.size(), "# parameter[s]"));
   return knots;
 }
 
@@ -190,7 +191,7 @@ Expression make_bspline(const Arguments& arguments, const std::string& node) {
         uniform.push_back(static_cast<double>(i));
     } else {
       if (net.counts[j] < piece.degrees[j] + std::size_t{1})
-        throw Error(node + ": " + std::to_string(net.counts[j]) + " points; degree " +
+        throw Error(node + ": " + counted(net.counts[j], "# point[s]; degree ") +
                     std::to_string(piece.degrees[j]) + " takes at least " +
                     std::to_string(piece.degrees[j] + 1));
       piece.knots.push_back(clamped_knots(piece.degrees[j], net.counts[j]));
@@ -200,8 +201,8 @@ Expression make_bspline(const Arguments& arguments, const std::string& node) {
     piece.knots = knots_of(knots, net, node);
     for (std::size_t j = 0; j < parameters; ++j)
       if (piece.knots[j].size() != net.counts[j] + piece.degrees[j] + 1)
-        throw Error(node + ": " + std::to_string(piece.knots[j].size()) + " knots; " +
-                    std::to_string(net.counts[j]) + " points of degree " + std::to_string(piece.degrees[j]) +
+        throw Error(node + ": " + counted(piece.knots[j].size(), "# knot[s]; ") +
+                    counted(net.counts[j], "# point[s] of degree ") + std::to_string(piece.degrees[j]) +
                     " take " + std::to_string(net.counts[j] + piece.degrees[j] + 1));
   }
   piece.points = std::move(net.points);

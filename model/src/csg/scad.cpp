@@ -11,6 +11,7 @@
 #include <system_error>
 #include <unordered_map>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/expression/csg.hpp"
 #include "import/imports.hpp"
@@ -88,9 +89,8 @@ std::vector<std::string> lines_of(const std::filesystem::path& path,
     }
   }
   for (std::size_t i = 0; i < lines.size(); ++i)
-    if (times[i] > 1) lines[i] += " (" + std::to_string(times[i]) + " times)";
-  if (left_out > 0)
-    lines.push_back("and " + std::to_string(left_out) + (left_out == 1 ? " more line" : " more lines"));
+    if (times[i] > 1) lines[i] += " (" + counted(times[i], "# time[s])");
+  if (left_out > 0) lines.push_back(counted(left_out, "and # more line[s]"));
   return lines;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "drawing/dxf_file.hpp"
 #include "drawing/dxf_frames.hpp"
@@ -378,7 +379,7 @@ class Drawer {
   [[nodiscard]] std::vector<Point> points_of(const Entity& e, int code, const Map& map) const {
     const std::vector<double> x = e.all(code), y = e.all(code + 10), z = e.all(code + 20);
     if (x.size() != y.size())
-      fail(e, "has " + std::to_string(x.size()) + " values of group code " + std::to_string(code) + " and " +
+      fail(e, "has " + counted(x.size(), "# value[s] of group code ") + std::to_string(code) + " and " +
                   std::to_string(y.size()) + " of " + std::to_string(code + 10));
     std::vector<Point> points;
     for (std::size_t i = 0; i < x.size(); ++i)

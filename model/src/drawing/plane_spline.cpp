@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 
 namespace bsp2::model {
@@ -203,12 +204,12 @@ std::string PlaneSpline::fault() const {
     return "has the degree " + std::to_string(degree) + "; 1 to " + std::to_string(max_degree) + " are read";
   const auto p = static_cast<std::size_t>(degree);
   if (n <= p)
-    return "has " + std::to_string(n) + " control points, and a degree of " + std::to_string(degree) +
-           " takes " + std::to_string(p + 1);
+    return "has " + counted(n, "# control point[s], and a degree of ") + std::to_string(degree) + " takes " +
+           std::to_string(p + 1);
   if (knots.size() != n + p + 1)
-    return "has " + std::to_string(knots.size()) + " knots where it takes " + std::to_string(n + p + 1);
+    return "has " + counted(knots.size(), "# knot[s] where it takes ") + std::to_string(n + p + 1);
   if (weights.size() != n)
-    return "has " + std::to_string(weights.size()) + " weights for " + std::to_string(n) + " control points";
+    return "has " + counted(weights.size(), "# weight[s] for ") + counted(n, "# control point[s]");
   if (!std::is_sorted(knots.begin(), knots.end())) return "has a knot that is less than the one before";
   if (!(knots[p] < knots[n])) return "has no knots that differ";
   if (!std::all_of(weights.begin(), weights.end(), [](double w) { return w > 0; }))

@@ -1,5 +1,7 @@
 #include "drawing/unread.hpp"
 
+#include "bsp2/geometry/support/counted.hpp"
+
 namespace bsp2::model {
 
 void Unread::add(const void* thing, const std::string& kind) {
@@ -14,13 +16,11 @@ std::string Unread::text(const std::string& name, const std::string& read) const
   std::string kinds;
   for (const auto& [kind, count] : counts_) {
     all += count;
-    kinds += (kinds.empty() ? "" : ", ") + std::to_string(count) + " " + kind;
+    kinds += (kinds.empty() ? "" : ", ") + grouped(count) + " " + kind;
   }
-  const bool is_one = all == 1;
-  const std::string it = is_one ? "it" : "them";
-  return (is_one ? "1 thing in " : std::to_string(all) + " things in ") + name + (is_one ? " is" : " are") +
-         " not read: " + kinds + ". The result lacks " + it + "; convert " + it + " to " + read +
-         " in the program that made the file, or delete " + it + " there";
+  return counted(all, "# thing[s] in ") + name + counted(all, " [is|are] not read: ") + kinds +
+         counted(all, ". The result lacks [it|them]; convert [it|them] to ") + read +
+         counted(all, " in the program that made the file, or delete [it|them] there");
 }
 
 }  // namespace bsp2::model

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/expression/csg.hpp"
 #include "import/imports.hpp"
@@ -165,15 +166,14 @@ class GltfReader {
       fail("is glTF of the version " + std::to_string(version) + "; version 2 is read");
     const std::size_t length = word(bytes, 8);
     if (length > bytes.size())
-      fail("is cut off: " + std::to_string(bytes.size()) + " bytes of " + std::to_string(length) +
-           " are there");
+      fail("is cut off: " + counted(bytes.size(), "# byte[s] of ") + std::to_string(length) + " are there");
     std::string_view text;
     for (std::size_t at = 12; at + 8 <= length;) {
       const std::size_t size = word(bytes, at);
       const std::uint32_t kind = word(bytes, at + 4);
       if (size > length - at - 8)
-        fail("byte " + std::to_string(at) + ": a chunk of " + std::to_string(size) +
-             " bytes is longer than the file");
+        fail("byte " + std::to_string(at) +
+             ": a chunk is longer than the file: " + counted(size, "# byte[s]"));
       if (kind == json && text.empty()) text = bytes.substr(at + 8, size);
       if (kind == binary && binary_.empty()) binary_ = bytes.substr(at + 8, size);
       at += 8 + size;
@@ -217,7 +217,7 @@ class GltfReader {
       if (is_right) result[i] = (*value)[i].template get<double>();
       is_right = is_right && std::fabs(result[i]) <= largest_coordinate;
     }
-    if (!is_right) fail(place + "." + name + ": expected " + std::to_string(N) + " numbers");
+    if (!is_right) fail(place + "." + name + ": expected " + counted(N, "# number[s]"));
     return result;
   }
   /// An element of an array at the top.
@@ -395,7 +395,7 @@ class GltfReader {
       for (std::uint32_t i = 0; i < primitive.points.size(); ++i) corners.push_back(i);
     }
     if (mode == mode_triangles && corners.size() % 3 != 0)
-      fail(place + ": " + std::to_string(corners.size()) + " corners are no triangles");
+      fail(place + ": " + counted(corners.size(), "# corner[s] [is|are] no triangles"));
     for (std::size_t i = 0; i + 2 < corners.size(); i += mode == mode_triangles ? 3 : 1) {
       const bool is_odd = mode == mode_strip && i % 2 == 1;
       const std::uint32_t a = corners[mode == mode_fan ? 0 : i], b = corners[i + 1], c = corners[i + 2];
@@ -437,7 +437,7 @@ class GltfReader {
       bytes = found->second;
     }
     if (bytes.size() < length)
-      fail(place + ": is cut off: " + std::to_string(bytes.size()) + " bytes of " + std::to_string(length) +
+      fail(place + ": is cut off: " + counted(bytes.size(), "# byte[s] of ") + std::to_string(length) +
            " are there");
     return bytes.substr(0, length);
   }
@@ -532,7 +532,7 @@ class GltfReader {
     const bool fits = offset <= view.bytes.size() && view.bytes.size() - offset >= row &&
                       (count - 1) <= (view.bytes.size() - offset - row) / stride;
     if (count > 0 && !fits)
-      fail(place + ": " + std::to_string(count) + " elements are not in its bufferView; it is cut off");
+      fail(place + ": " + counted(count, "# element[s] [is|are] not in its bufferView; it is cut off"));
     for (std::size_t i = 0; i < count; ++i) {
       std::array<double, N> numbers;
       for (std::size_t k = 0; k < N; ++k) {
@@ -607,25 +607,23 @@ class GltfReader {
     return all;
   }
 
-  static std::string counted(std::size_t count, const std::string& one, const std::string& many) {
-    return std::to_string(count) + " " + (count == 1 ? one : many);
-  }
-
   /// What is passed over, by kind.
   ImportedParts finished() {
-    const auto note = [&](std::size_t count, const std::string& one, const std::string& many) {
-      if (count > 0) result_.notes.push_back(counted(count, one, many));
+    const auto note = [&](std::size_t count, const std::string& text) {
+      if (count > 0) result_.notes.push_back(text);
     };
-    note(lines_, "primitive of lines or points is passed over",
-         "primitives of lines or points are passed over");
-    note(skins_, "skin is passed over: its mesh stands as it is at rest",
-         "skins are passed over: their meshes stand as they are at rest");
-    note(morphs_, "primitive has shapes that it turns into, which are passed over",
-         "primitives have shapes that they turn into, which are passed over");
-    note(many_coloured_, "mesh has triangles of several colours; a part has one colour, so it comes without",
-         "meshes have triangles of several colours; a part has one colour, so they come without");
+    note(lines_, counted(lines_, "# primitive[s] of lines or points [is|are] passed over"));
+    note(skins_, counted(skins_,
+                         "# skin[s] [is|are] passed over: [its mesh stands as it is|their meshes stand as "
+                         "they are] at rest"));
+    note(morphs_,
+         counted(morphs_,
+                 "# primitive[s] [has|have] shapes that [it turns|they turn] into, which are passed over"));
+    note(many_coloured_, counted(many_coloured_,
+                                 "# mesh[es] [has|have] triangles of several colours; a part has one colour, "
+                                 "so [it comes|they come] without"));
     if (const Json* animations = find(json_, "animations"); animations != nullptr && animations->is_array())
-      note(animations->size(), "animation is passed over", "animations are passed over");
+      note(animations->size(), counted(animations->size(), "# animation[s] [is|are] passed over"));
     if (result_.parts.empty()) fail("there are no triangles in it");
     return std::move(result_);
   }

@@ -13,6 +13,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "import/imports.hpp"
 #include "import/part_names.hpp"
@@ -62,7 +63,7 @@ class MshInput {
   /// Not more of them than there are bytes for.
   std::size_t count(std::size_t number, std::size_t least_bytes) {
     if (number > (bytes_.size() - at_) / least_bytes)
-      fail("it tells of " + std::to_string(number) + " elements, and ends before; it is cut off");
+      fail("it tells of " + counted(number, "# element[s], and ends before; it is cut off"));
     return number;
   }
   /// A physical group; below 0 it means that an element is turned.
@@ -197,7 +198,7 @@ class MshReader {
     const std::int64_t kind = input_.integer(), bytes = input_.integer();
     if (kind != 0 && kind != 1) input_.fail("a file is of type 0 or 1, not " + std::to_string(kind));
     if (bytes != 8)
-      input_.fail("numbers of " + std::to_string(bytes) + " bytes are not read; those of 8 are");
+      input_.fail("numbers of " + counted(bytes, "# byte[s]") + " are not read; those of 8 are");
     input_.line();
     if (kind == 1) {
       input_.is_binary = true;
@@ -298,8 +299,8 @@ class MshReader {
       const ElementType type = known_type(input_.integer());
       const std::int64_t some = input_.integer(), tags = input_.integer();
       if (some < 1 || static_cast<std::size_t>(some) > left || tags < 0)
-        input_.fail("a block of " + std::to_string(some) + " elements with " + std::to_string(tags) +
-                    " tags, where " + std::to_string(left) + " elements are left");
+        input_.fail("a block of " + counted(some, "# element[s] with ") + counted(tags, "# tag[s], where ") +
+                    counted(left, "# element[s] [is|are] left"));
       for (std::int64_t i = 0; i < some; ++i) {
         input_.integer();
         read_element_2(type, input_.count(static_cast<std::size_t>(tags), 4));
@@ -462,10 +463,8 @@ class MshReader {
       result.parts.push_back({{}, {}, std::move(all)});
     }
     if (curved_ > 0)
-      result.warnings.push_back(
-          std::to_string(curved_) +
-          (curved_ == 1 ? " element of higher order counts" : " elements of higher order count") +
-          " by the corners alone, with straight edges");
+      result.warnings.push_back(counted(
+          curved_, "# element[s] of higher order [counts|count] by the corners alone, with straight edges"));
     return result;
   }
 

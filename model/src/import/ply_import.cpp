@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "import/imports.hpp"
 #include "import/text_cursor.hpp"
@@ -161,8 +162,7 @@ class Body {
     for (const Element& element : header.elements) {
       if (element.properties.empty()) continue;
       if (element.count > numbers_.bytes_left())
-        numbers_.fail(std::to_string(element.count) + " elements '" +
-                      std::string(element.name.substr(0, 40)) +
+        numbers_.fail(counted(element.count, "# element[s] '") + std::string(element.name.substr(0, 40)) +
                       "' are more than the file holds; it is cut off");
       if (element.name == "tristrips")
         numbers_.fail("strips of triangles are not read; convert them to faces");
@@ -218,7 +218,7 @@ class Body {
   void read_list(const Property& property) {
     const std::uint32_t size = integer(numbers_.number(*property.count));
     if (size > numbers_.bytes_left() / numbers_.least_bytes(property.type))
-      numbers_.fail("a list of " + std::to_string(size) + " numbers is more than the file holds");
+      numbers_.fail("a list is longer than the file: " + counted(size, "# number[s]"));
     list_.clear();
     for (std::uint32_t i = 0; i < size; ++i) list_.push_back(numbers_.number(property.type));
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "import/imports.hpp"
 #include "import/text_cursor.hpp"
@@ -84,10 +85,6 @@ bool could_be_facet(const char* bytes) {
   return true;
 }
 
-std::string facets_of(std::uint64_t count) {
-  return std::to_string(count) + (count == 1 ? " facet" : " facets");
-}
-
 /// How many facets to read. Programs that write as they go leave a count of 0, or a wrong one, in the header:
 /// then the length of the file tells, if it is that of whole facets.
 std::uint64_t count_facets(std::string_view bytes, const std::filesystem::path& path,
@@ -97,27 +94,29 @@ std::uint64_t count_facets(std::string_view bytes, const std::filesystem::path& 
   const bool is_whole = room % facet_bytes == 0;
   if (told > there && (!is_whole || there == 0))
     throw Error(path.string() + ": byte 80: the number of facets is " + std::to_string(told) +
-                ", which takes " + std::to_string(header_bytes + facet_bytes * told) +
-                " bytes in all, but the file has " + std::to_string(bytes.size()) +
-                "; it is cut off, or no STL file");
+                ", which takes " +
+                counted(header_bytes + facet_bytes * told, "# byte[s] in all, but the file has ") +
+                std::to_string(bytes.size()) + "; it is cut off, or no STL file");
   if (told > there) {
-    warnings.push_back("the header says " + facets_of(told) + ", but the file ends after " +
-                       std::to_string(there) +
-                       "; these are read. If the file is cut off, the rest is missing: get it again");
+    warnings.push_back(
+        "the header says " + counted(told, "# facet[s], but the file ends after ") +
+        counted(there,
+                "#; [it is|these are] read. If the file is cut off, the rest is missing: get it again"));
     return there;
   }
   bool has_more = told < there && (is_whole || told == 0);
   for (std::uint64_t f = told; has_more && f < there; ++f)
     has_more = could_be_facet(bytes.data() + header_bytes + facet_bytes * f);
   if (has_more) {
-    warnings.push_back("the header says " + facets_of(told) + ", but by its length the file holds " +
-                       std::to_string(there) +
-                       "; all of them are read. Write the file again with the right number to be sure");
+    warnings.push_back(
+        "the header says " + counted(told, "# facet[s], but by its length the file holds ") +
+        counted(there,
+                "#; [it is|all of them are] read. Write the file again with the right number to be sure"));
     return there;
   }
   if (told < there)
-    warnings.push_back(std::to_string(room - facet_bytes * told) + " bytes after the " + facets_of(told) +
-                       " that the header tells of are passed over");
+    warnings.push_back(counted(room - facet_bytes * told, "# byte[s] [is|are] passed over after the ") +
+                       counted(told, "# facet[s] that the header tells of"));
   return told;
 }
 

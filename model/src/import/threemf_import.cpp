@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "import/imports.hpp"
 #include "import/part_names.hpp"
@@ -300,10 +301,9 @@ class PackageReader {
       result.parts.push_back({{}, {}, joined(parts_read_)});
     }
     if (many_coloured_ > 0)
-      result.notes.push_back(std::to_string(many_coloured_) +
-                             (many_coloured_ == 1 ? " object has triangles" : " objects have triangles") +
-                             " of several colours; a part has one colour, so " +
-                             (many_coloured_ == 1 ? "it comes" : "they come") + " without");
+      result.notes.push_back(counted(many_coloured_,
+                                     "# object[s] [has|have] triangles of several colours; a part has one "
+                                     "colour, so [it comes|they come] without"));
     return result;
   }
 

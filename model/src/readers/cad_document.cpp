@@ -54,6 +54,7 @@
 #include <sstream>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "import/part_names.hpp"
 
@@ -66,10 +67,6 @@ std::string lower(std::string text) {
   for (char& c : text)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return text;
-}
-
-std::string counted(std::size_t count, const std::string& one, const std::string& many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
 /// Keeps the first complaint of a reader.
@@ -105,19 +102,19 @@ class Collector {
     for (TopExp_Explorer solid(shape, TopAbs_SOLID); solid.More(); solid.Next())
       solids.push_back(solid.Current());
     for (std::size_t i = 0; i < solids.size(); ++i)
-      add_part(solids.size() == 1 ? "" : "solid " + std::to_string(i + 1), {}, {solids[i]});
+      add_part(solids.size() > 1 ? "solid " + std::to_string(i + 1) : "", {}, {solids[i]});
     add_loose(shape, TopLoc_Location(), {}, {});
   }
 
   CadDocument finished() {
     sew_loose();
     if (faces_of_many_colours_ > 0)
-      document_.notes.push_back(
-          counted(faces_of_many_colours_, "solid has faces", "solids have faces") +
-          " of several colours; a part has one colour, and gets that of most of its faces");
+      document_.notes.push_back(counted(faces_of_many_colours_,
+                                        "# solid[s] [has|have] faces of several colours; a part has one "
+                                        "colour, and gets that of most of its faces"));
     if (curves_ > 0)
       document_.notes.push_back(
-          counted(curves_, "curve that bounds no face is", "curves that bound no face are") + " passed over");
+          counted(curves_, "# curve[s] that [bounds|bound] no face [is|are] passed over"));
     return std::move(document_);
   }
 
@@ -299,8 +296,8 @@ class Collector {
     for (const LooseFace& face : loose_)
       (is_complete(TopoDS::Face(face.shape), faces_at) ? whole : open).push_back(face.shape);
     std::ostringstream note;
-    note << counted(loose_.size(), "face belongs", "faces belong") << " to no solid; what "
-         << (loose_.size() == 1 ? "it encloses" : "they enclose") << " is a part";
+    note << counted(loose_.size(),
+                    "# face[s] [belongs|belong] to no solid; what [it encloses|they enclose] is a part");
     if (const TopoDS_Shape sewn = sewn_shape(open, note); !sewn.IsNull()) whole.push_back(sewn);
     document_.notes.push_back(note.str());
     if (whole.empty()) return;
@@ -419,9 +416,10 @@ void add_checks(const Handle(XSControl_WorkSession) & session, std::vector<std::
     }
   }
   if (count > 0)
-    warnings.push_back(counted(count, "record of the file is", "records of the file are") +
-                       " damaged, and what " + (count == 1 ? "it tells" : "they tell") +
-                       " may be missing; the first is " + first);
+    warnings.push_back(counted(count,
+                               "# record[s] of the file [is|are] damaged, and what [it tells|they tell] may "
+                               "be missing; the first is ") +
+                       first);
 }
 
 void check_status(IFSelect_ReturnStatus status, const Handle(Complaints) & complaints) {

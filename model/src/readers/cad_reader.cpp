@@ -8,6 +8,7 @@
 #include <new>
 #include <sstream>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "readers/cad_document.hpp"
 #include "readers/cad_mesh.hpp"
@@ -24,8 +25,8 @@ std::string short_text(double x) {
 }
 
 std::string lost_text(std::size_t lost, std::size_t faces) {
-  return std::to_string(lost) + " of " + std::to_string(faces) + (faces == 1 ? " face" : " faces") +
-         " could not be cut into triangles, and " + (lost == 1 ? "is" : "are") + " missing";
+  return counted(lost, "# of ") + counted(faces, "# face[s] could not be cut into triangles, and ") +
+         counted(lost, "[is|are] missing");
 }
 
 void tell(const CadDocument& document, const ReadRequest& request, PartsWriter& parts) {

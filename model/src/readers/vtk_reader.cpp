@@ -22,6 +22,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "import/part_names.hpp"
 #include "readers/reader_main.hpp"
@@ -96,10 +97,6 @@ void check_corners(vtkPolyData* data) {
   }
 }
 
-std::string counted(vtkIdType count, const std::string& one, const std::string& many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
-
 void read(const ReadRequest& request, PartsWriter& writer) {
   vtkObject::GlobalWarningDisplayOff();
   vtkNew<FirstError> errors;
@@ -152,11 +149,11 @@ void read(const ReadRequest& request, PartsWriter& writer) {
   }
   if (passed_over > 0)
     writer.text(PartsStream::Record::note,
-                counted(passed_over, "vertex or line is passed over", "vertices and lines are passed over"));
+                counted(passed_over, "# [vertex or line is|vertices and lines are] passed over"));
   if (many_coloured > 0)
-    writer.text(PartsStream::Record::note, counted(many_coloured, "part has", "parts have") +
-                                               " polygons of several colours, and come" +
-                                               (many_coloured == 1 ? "s" : "") + " without one");
+    writer.text(PartsStream::Record::note,
+                counted(many_coloured,
+                        "# part[s] [has|have] polygons of several colours, and [comes|come] without one"));
 }
 
 }  // namespace

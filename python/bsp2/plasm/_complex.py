@@ -8,6 +8,7 @@ measures, points) is computed for all places of a leaf at once.
 import numpy as np
 
 from . import _cells
+from .._counted import counted
 
 
 class Batch:
@@ -95,7 +96,7 @@ class Hpc:
         self.edges = None  # of a Boolean: what gives its edges
 
     def __repr__(self):
-        return f"<complex of {self.cell_count()} cells, dimension {self.point_dim()} in {self.space_dim}>"
+        return f"<complex of {counted(self.cell_count(), 'cell')}, dimension {self.point_dim()} in {self.space_dim}>"
 
     def nodes(self):
         """All nodes, each once, children before parents."""

@@ -144,8 +144,8 @@ def BSPLINE(degree):
             count = len(controls)
             if len(knots) != count + degree + 1:
                 raise ValueError(
-                    f"BSPLINE: {count} points of degree {degree} need {count + degree + 1} knots, "
-                    f"not {len(knots)}"
+                    f"BSPLINE: the number of knots is that of points plus the degree plus 1: "
+                    f"{count} + {degree} + 1, not {len(knots)}"
                 )
             first, last = knots[degree], knots[count]
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "bsp2/dataflow/surface/surface.hpp"
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "loop/asking.hpp"
@@ -587,8 +588,8 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.dimension = source.model.expression.dimension();
   if (options.angle && options.eye.empty()) throw Error("an angle needs an eye from which it is seen");
   if (!options.eye.empty() && options.eye.size() != static_cast<std::size_t>(report.dimension))
-    throw Error("the eye has " + std::to_string(options.eye.size()) + " coordinates, the model has " +
-                std::to_string(report.dimension) + " dimensions");
+    throw Error("the eye has " + counted(options.eye.size(), "# coordinate[s], the model has ") +
+                counted(report.dimension, "# dimension[s]"));
   report.primitives = source.model.primitive_count;
   report.warnings = source.warnings;
   report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "bsp2/bsplib/world.hpp"
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "ranks/exchange.hpp"
 #include "ranks/signs_of_life.hpp"
@@ -55,8 +56,8 @@ unsigned launched_ranks() {
   const unsigned tasks = std::getenv("SLURM_STEP_NUM_TASKS") != nullptr ? number("SLURM_STEP_NUM_TASKS") : 0;
   if (std::getenv("PMIX_RANK") != nullptr) return tasks;
   if (tasks > 1 && std::getenv("SLURM_STEP_ID") != nullptr && std::getenv("PMI_RANK") == nullptr)
-    throw Error("srun started " + std::to_string(tasks) +
-                " tasks that cannot find each other; start them with 'srun --mpi=pmix'");
+    throw Error("srun started " +
+                counted(tasks, "# task[s] that cannot find each other; start them with 'srun --mpi=pmix'"));
   return 1;
 }
 

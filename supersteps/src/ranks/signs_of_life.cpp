@@ -18,6 +18,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 
 namespace bsp2::supersteps {
@@ -83,7 +84,7 @@ double timeout_of_environment() {
 
 /// What "of rank 2" or "of the ranks 1, 3 and 4" needs.
 std::string spoken(const std::vector<int>& ranks) {
-  std::string text = ranks.size() == 1 ? "rank " : "the ranks ";
+  std::string text = counted(ranks.size(), "[rank|the ranks] ");
   for (std::size_t i = 0; i < ranks.size(); ++i)
     text += (i == 0 ? "" : i + 1 == ranks.size() ? " and " : ", ") + std::to_string(ranks[i]);
   return text;
@@ -265,8 +266,8 @@ void SignsOfLife::judge(Clock::time_point now, double timeout, const std::string
   const auto waited = Clock::duration(now.time_since_epoch().count() - since);
   if (missing.empty() || std::chrono::duration<double>(waited).count() < patience) return;
   std::ostringstream text;
-  text << "bsp2: " << spoken(missing) << (missing.size() == 1 ? " is" : " are")
-       << " missing in the superstep '" << superstep << "': there has been no sign of life for " << timeout
+  text << "bsp2: " << spoken(missing) << counted(missing.size(), " [is|are] missing in the superstep '")
+       << superstep << "': there has been no sign of life for " << timeout
        << " s, so the run ends. The last snapshot stays as it is. What waits longer: --timeout SECONDS or "
           "BSP2_TIMEOUT, 0 for ever\n";
   const std::string message = text.str();

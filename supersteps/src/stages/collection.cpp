@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/io/outputs/cad.hpp"
 #include "bsp2/io/outputs/outline.hpp"
@@ -114,8 +115,8 @@ void take_cells(RegionMeshes& meshes, RegionCells cells) {
     std::uint64_t count = 0;
     for (const auto& batch : mesh.batches) count += batch->size();
     if (count != mesh.cells)
-      throw std::logic_error("of region " + std::to_string(number) + " " + std::to_string(count) +
-                             " cells came, not " + std::to_string(mesh.cells));
+      throw std::logic_error("of region " + std::to_string(number) + " " +
+                             counted(count, "# cell[s] came, not ") + std::to_string(mesh.cells));
   }
 }
 
@@ -183,10 +184,6 @@ io::SurfaceParts parts_of(const RunResult& result) {
 
 namespace {
 
-std::string counted(std::uint64_t count, const char* one, const char* many) {
-  return std::to_string(count) + ' ' + (count == 1 ? one : many);
-}
-
 /// What was cleaned, for who gets the file.
 std::string told(const CleaningReport& cleaning) {
   std::ostringstream text;
@@ -197,13 +194,13 @@ std::string told(const CleaningReport& cleaning) {
     return text.str();
   }
   text << "for edges and triangles below " << cleaning.length << ", "
-       << counted(cleaning.merged_points, "corner was", "corners were") << " merged with others, "
-       << counted(cleaning.slivers, "thin triangle", "thin triangles") << " taken in by neighbours and "
-       << counted(cleaning.left_out, "corner", "corners") << " left out; no corner moved farther than "
+       << counted(cleaning.merged_points, "# corner[s] [was|were] merged with others, ")
+       << counted(cleaning.slivers, "# thin triangle[s] taken in by neighbours and ")
+       << counted(cleaning.left_out, "# corner[s] left out") << "; no corner moved farther than "
        << cleaning.moved << ", and the volume changed by " << cleaning.volume_change;
   if (cleaning.left > 0)
-    text << "; " << counted(cleaning.left, "thin triangle is", "thin triangles are")
-         << " left that could not go without spoiling others";
+    text << counted(cleaning.left,
+                    "; # thin triangle[s] [is|are] left that could not go without spoiling others");
   return text.str();
 }
 

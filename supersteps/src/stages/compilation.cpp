@@ -4,6 +4,7 @@
 #include <sstream>
 #include <utility>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
@@ -103,10 +104,9 @@ std::string lost_by_merging(const Source& source, const RunOptions& options, std
   if (different <= hyperplanes) return "";
   const std::uint64_t merged = different - hyperplanes;
   std::ostringstream text;
-  text << "; " << merged << (merged == 1 ? " hyperplane lies" : " hyperplanes lie")
-       << " closer to another one than " << options.coincidence << " of the model and "
-       << (merged == 1 ? "counts" : "count")
-       << " as the same, so what is as thin as that is lost; --coincidence 0 keeps all that the numbers of "
+  text << counted(merged, "; # hyperplane[s] [lies|lie] closer to another one than ") << options.coincidence
+       << counted(merged, " of the model and [counts|count] as the same")
+       << ", so what is as thin as that is lost; --coincidence 0 keeps all that the numbers of "
           "the model express";
   return text.str();
 }
@@ -114,9 +114,7 @@ std::string lost_by_merging(const Source& source, const RunOptions& options, std
 void refuse_warnings(const std::vector<std::string>& warnings) {
   if (warnings.empty()) return;
   std::string text = warnings.front();
-  if (warnings.size() > 1)
-    text += " (and " + std::to_string(warnings.size() - 1) +
-            (warnings.size() == 2 ? " more warning)" : " more warnings)");
+  if (warnings.size() > 1) text += counted(warnings.size() - 1, " (and # more warning[s])");
   throw Error(text + "; --strict turns warnings into errors");
 }
 

@@ -323,7 +323,7 @@ TEST(Nested, LossesAreTold) {
   const std::string
       corner = "cube([0.5, 0.25, 0.125]); ",
       told =
-          "a primitive is thinner than the tolerance, 1e-09 of what it is made of, and left out: between (";
+          "1 primitive is thinner than the tolerance, 1e-09 of what it is made of, and left out: between (";
   const auto made_of = [](const std::string& solid, const std::string& other) {
     return std::vector<std::string>{
         "hull() { " + solid + other + "}", "minkowski() { " + solid + other + "}",

@@ -201,7 +201,7 @@ TEST(Outlines, TellOfWhatIsFlatWithoutContradiction) {
   };
   EXPECT_TRUE(warnings(0, 1e-9).empty());
   ASSERT_EQ(warnings(1, 1e-9).size(), 1);
-  EXPECT_NE(warnings(1, 1e-9)[0].find("a primitive is thinner than the tolerance, 1e-09 of the model, and "
+  EXPECT_NE(warnings(1, 1e-9)[0].find("1 primitive is thinner than the tolerance, 1e-09 of the model, and "
                                       "left out: primitive 1, between"),
             std::string::npos)
       << warnings(1, 1e-9)[0];

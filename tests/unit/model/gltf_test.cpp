@@ -161,7 +161,7 @@ TEST(Gltf, RefusesWhatIsNotRead) {
       [](Sample& s) {
         s.positions = R"({"bufferView": 0, "componentType": 5126, "count": 99999999999, "type": "VEC3"})";
       },
-      "accessors[0]: 99999999999 elements are not in its bufferView");
+      "accessors[0]: 99,999,999,999 elements are not in its bufferView");
   refused([](Sample& s) { s.primitive = R"({"attributes": {"POSITION": 0}, "mode": 1})"; }, "no triangles");
   EXPECT_NE(message_of([] { import_gltf("{\"asset\": ", "x.gltf"); }).find("JSON is damaged"),
             std::string::npos);

@@ -339,7 +339,7 @@ TEST_F(MeshFile, ErrorsSayWhere) {
             ":2: expected 'ascii', 'binary_little_endian' or 'binary_big_endian', found 'binary'");
   EXPECT_EQ(
       message("m.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n"),
-      ":6: 4000000000 elements 'vertex' are more than the file holds; it is cut off");
+      ":6: 4,000,000,000 elements 'vertex' are more than the file holds; it is cut off");
   EXPECT_EQ(
       message(
           "m.ply",

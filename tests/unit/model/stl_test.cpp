@@ -75,7 +75,7 @@ TEST(StlCount, IsTold) {
             "the header says 1 facet, but by its length the file holds 4; all of them are read. Write the "
             "file again with the right number to be sure");
   EXPECT_EQ(read(tetrahedra(1, 0xFFFFFFFF)).warnings[0],
-            "the header says 4294967295 facets, but the file ends after 4; these are read. If the file is "
+            "the header says 4,294,967,295 facets, but the file ends after 4; these are read. If the file is "
             "cut off, the rest is missing: get it again");
 }
 
@@ -85,7 +85,7 @@ TEST(StlCount, IsRightWhereTheRestIsNoFacet) {
   const ImportedMesh more = read(sound + std::string(70, '\x7F'));
   EXPECT_EQ(more.faces.size(), 4U);
   ASSERT_EQ(more.warnings.size(), 1U);
-  EXPECT_EQ(more.warnings[0], "70 bytes after the 4 facets that the header tells of are passed over");
+  EXPECT_EQ(more.warnings[0], "70 bytes are passed over after the 4 facets that the header tells of");
   EXPECT_EQ(read(sound + std::string(100, '\x7F')).faces.size(), 4U) << "these are no numbers";
   EXPECT_EQ(read(tetrahedra(0, 0)).faces.size(), 0U);
   EXPECT_EQ(read(tetrahedra(1, 0) + "xyz").faces.size(), 4U) << "nobody writes nothing and then something";

@@ -23,7 +23,7 @@ class Block {
     if (data_ != nullptr) release();
   }
   [[nodiscard]] std::size_t size() const { return size_; }
-  /// The object(s) of type T that start `offset` bytes into the block.
+  /// The objects of type T, one or several, that start `offset` bytes into the block.
   template <typename T>
   [[nodiscard]] T* at(std::size_t offset) {
     return reinterpret_cast<T*>(data_ + offset);

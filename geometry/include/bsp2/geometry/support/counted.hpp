@@ -1,0 +1,54 @@
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+/// Numbers in messages: the one place that knows of singular and plural. A header alone, since the programs
+/// that read files for us link no room.
+namespace bsp2 {
+
+/// With commas between thousands: 12,345.
+inline std::string grouped(std::uint64_t number) {
+  std::string digits = std::to_string(number);
+  for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, 1, ',');
+  return digits;
+}
+
+namespace detail {
+
+/// Of "one|many", or of "many" alone.
+inline std::string_view form_for(bool is_one, std::string_view forms) {
+  const std::size_t bar = forms.find('|');
+  if (bar == std::string_view::npos) return is_one ? "" : forms;
+  return is_one ? forms.substr(0, bar) : forms.substr(bar + 1);
+}
+
+}  // namespace detail
+
+/// A sentence about so many things, in the right grammatical number: '#' in it is the count, "[one|many]" the
+/// first form for one and the second for all others, zero too, and "[s]" is "[|s]".
+///
+/// `counted(n, "# edge[s] [is|are] open")` is "1 edge is open", and "0 edges are open".
+///
+/// @param sentence is written in the source, where a test finds it and prints it with 0, 1 and 2: names,
+/// which may hold such characters, go before or behind it. Any thread.
+template <std::integral Count>
+std::string counted(Count count, std::string_view sentence) {
+  std::string text;
+  for (std::size_t at = 0; at < sentence.size(); ++at) {
+    if (sentence[at] == '#') {
+      text += grouped(static_cast<std::uint64_t>(count));
+    } else if (sentence[at] == '[') {
+      const std::size_t end = sentence.find(']', at);
+      text += detail::form_for(count == 1, sentence.substr(at + 1, end - at - 1));
+      at = end;
+    } else {
+      text += sentence[at];
+    }
+  }
+  return text;
+}
+
+}  // namespace bsp2
