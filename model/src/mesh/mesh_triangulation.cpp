@@ -86,8 +86,6 @@ bool is_before(const Point2& a, const Point2& b) { return a.u < b.u || (a.u == b
 
 std::uint64_t directed(std::uint32_t from, std::uint32_t to) { return std::uint64_t{from} << 32 | to; }
 
-constexpr std::size_t small_face = 64;  // below it a grid does not pay
-
 }  // namespace
 
 void Triangulator::triangulate(std::span<const std::uint32_t> cycle, std::vector<Triangle>& triangles) {
@@ -138,10 +136,7 @@ bool Triangulator::is_convex() const {
 /// A quadrilateral with one reflex corner. It has but one diagonal.
 bool Triangulator::is_arrowhead() const {
   if (corners_.size() != 4) return false;
-  const auto reflex = [this](const Corner& c) {
-    return orientation(corners_[c.previous].at, c.at, corners_[c.next].at) <= 0;
-  };
-  return std::count_if(corners_.begin(), corners_.end(), reflex) == 1;
+  return std::ranges::count_if(corners_, [this](const Corner& c) { return is_reflex(c); }) == 1;
 }
 
 /// The common case, without lists. A planar rectangle is cut alike from both sides: two that coincide cancel.
@@ -180,39 +175,68 @@ void Triangulator::zip_chains(std::vector<Triangle>& triangles) const {
   }
 }
 
-void Triangulator::update(std::uint32_t corner) {
-  Corner& c = corners_[corner];
-  c.reflex = orientation(corners_[c.previous].at, c.at, corners_[c.next].at) <= 0;
+bool Triangulator::is_reflex(const Corner& c) const {
+  return orientation(corners_[c.previous].at, c.at, corners_[c.next].at) <= 0;
 }
 
 void Triangulator::clip_ears(std::vector<Triangle>& triangles) {
   auto left = static_cast<std::uint32_t>(corners_.size());
-  for (std::uint32_t i = 0; i < left; ++i) update(i);
-  build_grid();
-  std::uint32_t at = 0, seen = 0;
-  int rule = clean;
+  start_search();
+  std::uint32_t at = 0;
   while (left > 3) {
-    if (!is_ear(at, static_cast<Rule>(rule))) {
-      at = corners_[at].next;
-      if (++seen > left) ++rule, seen = 0;  // a whole turn without an ear: ask for less
-      continue;
-    }
-    Corner& tip = corners_[at];
-    const std::uint32_t a = tip.previous, c = tip.next;
-    triangles.push_back({corners_[a].vertex, tip.vertex, corners_[c].vertex});
-    corners_[a].next = c;
-    corners_[c].previous = a;
-    tip.next = tip.previous = at;  // no longer in the cycle
-    tip.reflex = false;
-    update(a);
-    update(c);
+    const std::uint32_t tip = find_ear(at);
+    triangles.push_back(triangle_at(tip));
+    at = corners_[corners_[tip].next].next;  // passing one over makes better triangles than a fan
+    clip(tip);
     --left;
-    at = corners_[c].next;  // passing one over makes better triangles than a fan
-    seen = 0;
-    rule = clean;
   }
-  const Corner& tip = corners_[at];
-  triangles.push_back({corners_[tip.previous].vertex, tip.vertex, corners_[tip.next].vertex});
+  triangles.push_back(triangle_at(at));
+}
+
+Triangle Triangulator::triangle_at(std::uint32_t tip) const {
+  const Corner& c = corners_[tip];
+  return {corners_[c.previous].vertex, c.vertex, corners_[c.next].vertex};
+}
+
+/// The first one from here on, by the rule that asks the most. One turn after another asks for less, and
+/// begins a corner later.
+std::uint32_t Triangulator::find_ear(std::uint32_t from) {
+  for (int rule = clean; rule < any; ++rule, from = corners_[from].next) {
+    IndexSet& candidates = candidates_[static_cast<std::size_t>(rule)];
+    for (int turn = 0; turn < 2; ++turn)
+      for (std::uint32_t i = candidates.next(turn == 0 ? from : 0); i != IndexSet::none;
+           i = candidates.next(i + 1)) {
+        if (is_ear(i, static_cast<Rule>(rule))) return i;
+        candidates.erase(i);
+      }
+  }
+  return from;
+}
+
+/// Takes a corner out of the cycle. What was no ear may be one now, if it is beside it, or if it waited for
+/// one of these to stop being reflex.
+void Triangulator::clip(std::uint32_t tip) {
+  const std::uint32_t a = corners_[tip].previous, c = corners_[tip].next;
+  corners_[a].next = c;
+  corners_[c].previous = a;
+  corners_[tip].next = corners_[tip].previous = tip;  // no longer in the cycle
+  for (IndexSet& candidates : candidates_) candidates.erase(tip);
+  set_reflex(tip, false);
+  for (const std::uint32_t beside : {a, c}) {
+    set_reflex(beside, is_reflex(corners_[beside]));
+    for (IndexSet& candidates : candidates_) candidates.insert(beside);
+  }
+}
+
+void Triangulator::set_reflex(std::uint32_t corner, bool reflex) {
+  if (corners_[corner].reflex == reflex) return;
+  corners_[corner].reflex = reflex;
+  blockers_.count(corner, reflex ? 1 : -1);
+  if (reflex) return;
+  for (std::uint32_t i = first_waiter_[corner]; i != IndexSet::none; i = waiters_[i].next)
+    if (const auto [waiter, rule, next] = waiters_[i]; corners_[waiter].next != waiter)
+      candidates_[rule].insert(waiter);
+  first_waiter_[corner] = IndexSet::none;
 }
 
 bool Triangulator::blocks(const Corner& corner, const Corner& a, const Corner& b, const Corner& c,
@@ -224,56 +248,31 @@ bool Triangulator::blocks(const Corner& corner, const Corner& a, const Corner& b
          orientation(b.at, c.at, corner.at) >= least;
 }
 
-bool Triangulator::is_ear(std::uint32_t tip, Rule rule) const {
-  if (rule >= any) return true;
+/// If not, for another corner: waits for that one.
+bool Triangulator::is_ear(std::uint32_t tip, Rule rule) {
   const Corner& b = corners_[tip];
   const Corner &a = corners_[b.previous], &c = corners_[b.next];
   if (orientation(a.at, b.at, c.at) < (rule == flat ? 0 : 1)) return false;
-  const auto [u_low, u_high] = std::minmax({a.at.u, b.at.u, c.at.u});
-  const auto [v_low, v_high] = std::minmax({a.at.v, b.at.v, c.at.v});
-  const auto low = cell_of({u_low, v_low}), high = cell_of({u_high, v_high});
-  for (int row = low[1]; row <= high[1]; ++row)
-    for (int column = low[0]; column <= high[0]; ++column) {
-      const std::size_t cell = static_cast<std::size_t>(row) * grid_size_ + column;
-      for (std::uint32_t i = cell_begin_[cell]; i < cell_begin_[cell + 1]; ++i) {
-        const Corner& corner = corners_[cell_corners_[i]];
-        if (corner.at.u < u_low || corner.at.u > u_high || corner.at.v < v_low || corner.at.v > v_high)
-          continue;
-        if (blocks(corner, a, b, c, rule)) return false;
-      }
-    }
-  return true;
+  const auto blocker = blockers_.find_in({a.at, b.at, c.at}, rule == clean, [&](std::uint32_t corner) {
+    return blocks(corners_[corner], a, b, c, rule);
+  });
+  if (!blocker) return true;
+  waiters_.push_back({tip, rule, first_waiter_[*blocker]});
+  first_waiter_[*blocker] = static_cast<std::uint32_t>(waiters_.size() - 1);
+  return false;
 }
 
-std::array<int, 2> Triangulator::cell_of(const Point2& at) const {
-  const auto index = [this](double x) { return std::clamp(static_cast<int>(x), 0, grid_size_ - 1); };
-  return {index((at.u - grid_low_.u) * grid_scale_.u), index((at.v - grid_low_.v) * grid_scale_.v)};
-}
-
-void Triangulator::build_grid() {
-  const auto [u_low, u_high] = std::minmax_element(
-      corners_.begin(), corners_.end(), [](const Corner& a, const Corner& b) { return a.at.u < b.at.u; });
-  const auto [v_low, v_high] = std::minmax_element(
-      corners_.begin(), corners_.end(), [](const Corner& a, const Corner& b) { return a.at.v < b.at.v; });
-  grid_size_ =
-      corners_.size() < small_face ? 1 : static_cast<int>(std::sqrt(static_cast<double>(corners_.size())));
-  const auto scale = [this](double extent) {
-    return extent > 0 && std::isfinite(grid_size_ / extent) ? grid_size_ / extent : 0.0;
-  };
-  grid_low_ = {u_low->at.u, v_low->at.v};
-  grid_scale_ = {scale(u_high->at.u - grid_low_.u), scale(v_high->at.v - grid_low_.v)};
-  cell_begin_.assign(static_cast<std::size_t>(grid_size_) * grid_size_ + 1, 0);
-  const auto cell = [this](const Corner& corner) {
-    const auto [column, row] = cell_of(corner.at);
-    return static_cast<std::size_t>(row) * grid_size_ + column;
-  };
-  for (const Corner& corner : corners_)
-    if (corner.reflex) ++cell_begin_[cell(corner) + 1];
-  for (std::size_t i = 1; i < cell_begin_.size(); ++i) cell_begin_[i] += cell_begin_[i - 1];
-  cell_corners_.resize(cell_begin_.back());
-  std::vector<std::uint32_t> fill(cell_begin_.begin(), cell_begin_.end() - 1);
-  for (std::uint32_t i = 0; i < corners_.size(); ++i)
-    if (corners_[i].reflex) cell_corners_[fill[cell(corners_[i])]++] = i;
+void Triangulator::start_search() {
+  const auto size = static_cast<std::uint32_t>(corners_.size());
+  std::vector<PlaneTree::Entry> reflex;
+  for (std::uint32_t i = 0; i < size; ++i) {
+    corners_[i].reflex = is_reflex(corners_[i]);
+    if (corners_[i].reflex) reflex.push_back({corners_[i].at, i});
+  }
+  blockers_.build(std::move(reflex), size);
+  for (IndexSet& candidates : candidates_) candidates.fill(size);
+  first_waiter_.assign(size, IndexSet::none);
+  waiters_.clear();
 }
 
 /// Lawson's flips. A budget, not a proof, ends them: the comparison of angles is rounded.

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "mesh/index_set.hpp"
+#include "mesh/plane_tree.hpp"
 #include "mesh/predicates.hpp"
 
 namespace bsp2::model {
@@ -41,19 +43,29 @@ class Triangulator {
   void zip_chains(std::vector<Triangle>& triangles) const;
   void clip_ears(std::vector<Triangle>& triangles);
   void flip_edges(std::span<Triangle> triangles) const;
-  [[nodiscard]] bool is_ear(std::uint32_t tip, Rule rule) const;
   [[nodiscard]] bool blocks(const Corner& corner, const Corner& a, const Corner& b, const Corner& c,
                             Rule rule) const;
-  void update(std::uint32_t corner);
-  void build_grid();
-  [[nodiscard]] std::array<int, 2> cell_of(const Point2& at) const;
+  void start_search();
+  [[nodiscard]] std::uint32_t find_ear(std::uint32_t from);
+  [[nodiscard]] bool is_ear(std::uint32_t tip, Rule rule);
+  void clip(std::uint32_t tip);
+  void set_reflex(std::uint32_t corner, bool reflex);
+  [[nodiscard]] bool is_reflex(const Corner& c) const;
+  [[nodiscard]] Triangle triangle_at(std::uint32_t tip) const;
 
   const std::vector<Point3>& points_;
   std::vector<Corner> corners_;
-  // Corners that were reflex at first, by the cells of a grid: only they can block an ear.
-  Point2 grid_low_{}, grid_scale_{};
-  int grid_size_ = 1;
-  std::vector<std::uint32_t> cell_begin_, cell_corners_;
+  PlaneTree blockers_;  ///< corners that were reflex at first: only they can block an ear
+  // A corner that was no ear is none until a neighbour goes, or the one that it waits for is no longer
+  // reflex.
+  struct Waiter {
+    std::uint32_t corner;
+    Rule rule;
+    std::uint32_t next;  ///< of those that wait for the same corner
+  };
+  std::array<IndexSet, any> candidates_;  ///< by rule: corners not known to be no ears
+  std::vector<Waiter> waiters_;
+  std::vector<std::uint32_t> first_waiter_;
 };
 
 }  // namespace bsp2::model
