@@ -26,20 +26,29 @@ class CrossingFinder {
  public:
   CrossingFinder(const TriangleMesh& mesh, const BoxTree& tree) : mesh_(mesh), tree_(tree) {}
 
-  /// The first one in the order of the triangles.
+  /// The first one in the order of the triangles: where an edge goes through a triangle or two lie in one
+  /// plane, and where there is none of these, of triangles that go through each other only along edges and
+  /// corners.
   std::optional<MeshCrossing> first() {
-    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
-      if (tree_.visit_meeting(tree_[t], [&](std::uint32_t other) {
-            return other != t && (edges_cross(other, t) || (other < t && overlaps(other, t)));
-          }))
-        return found_;
-    return std::nullopt;
+    const auto find = [this](auto&& is_crossing) {
+      for (std::uint32_t t = 0; t < mesh_.triangles.size() && !found_; ++t)
+        tree_.visit_meeting(tree_[t], [&](std::uint32_t other) { return is_crossing(other, t); });
+    };
+    find([this](std::uint32_t other, std::uint32_t t) {
+      return other != t && (edges_cross(other, t, sides(other, t)) || (other < t && overlaps(other, t)));
+    });
+    find([this](std::uint32_t other, std::uint32_t t) {
+      return other < t && interiors_cross(other, t, sides(other, t), sides(t, other));
+    });
+    return found_;
   }
   /// Whether there is any where branch k meets itself or later ones, in the order of the tree: that is twice
   /// as fast.
   bool any(std::span<const BoxTree::Branch> branches, std::size_t k) {
     return tree_.visit_meeting_pairs(branches, k, [&](std::uint32_t i, std::uint32_t j) {
-      return edges_cross(i, j) || edges_cross(j, i) || overlaps(std::min(i, j), std::max(i, j));
+      const Sides of_i = sides(i, j), of_j = sides(j, i);
+      return edges_cross(i, j, of_i) || edges_cross(j, i, of_j) || interiors_cross(i, j, of_i, of_j) ||
+             overlaps(std::min(i, j), std::max(i, j));
     });
   }
   /// Takes over what another finder has hit. @return whether that makes a crossing of what each of them has.
@@ -51,41 +60,86 @@ class CrossingFinder {
   }
 
  private:
+  /// On which side of the plane of a triangle each corner of another one clearly lies; 0 where doubles do not
+  /// tell, and for corners of both.
+  using Sides = std::array<int, 3>;
+
+  [[nodiscard]] Sides sides(std::uint32_t corners_of, std::uint32_t triangle) const {
+    const auto &own = mesh_.triangles[corners_of], &other = mesh_.triangles[triangle];
+    const auto& at = mesh_.points;
+    Sides sides{};
+    for (std::size_t k = 0; k < 3; ++k)
+      if (std::find(other.begin(), other.end(), own[k]) == other.end())
+        sides[k] = quick_orientation(at[other[0]], at[other[1]], at[other[2]], at[own[k]]).value_or(0);
+    return sides;
+  }
+
   /// Whether an edge of one triangle goes through another. Each edge is an edge of two triangles; one of
   /// them, in which it ascends, is enough.
-  bool edges_cross(std::uint32_t edges_of, std::uint32_t triangle) {
+  bool edges_cross(std::uint32_t edges_of, std::uint32_t triangle, const Sides& sides) {
     const auto& own = mesh_.triangles[edges_of];
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t p = own[k], q = own[(k + 1) % 3];
-      const auto& other = mesh_.triangles[triangle];
-      const auto is_corner = [&](std::uint32_t v) {
-        return std::find(other.begin(), other.end(), v) != other.end();
-      };
-      if (p < q && !is_corner(p) && !is_corner(q) && crosses(p, q, triangle)) return true;
+      const std::size_t next = (k + 1) % 3;
+      if (own[k] < own[next] && sides[k] * sides[next] < 0 && crosses(own[k], own[next], triangle, sides[k]))
+        return true;
     }
     return false;
   }
 
-  bool crosses(std::uint32_t p, std::uint32_t q, std::uint32_t triangle) {
+  /// The corners of a triangle, first the one that is alone on its side of a plane; none if no two lie on
+  /// different sides of it.
+  static std::optional<Corners> alone_first(const Corners& corners, const Sides& sides, int& side) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+      side = sides[k];
+      if (side != 0 && sides[l] != side && sides[m] != side && sides[l] + sides[m] != 0)
+        return Corners{corners[k], corners[l], corners[m]};
+    }
+    return std::nullopt;
+  }
+
+  /// Whether two triangles in different planes clearly share more than a point inside both: their stretches
+  /// of the line that their planes share overlap. So edges that meet exactly, or pass through a corner, hide
+  /// nothing. Source: Guigue and Devillers, "Fast and robust triangle-triangle overlap test using orientation
+  /// predicates" (2003).
+  bool interiors_cross(std::uint32_t one, std::uint32_t other, const Sides& of_one, const Sides& of_other) {
+    int side_p = 0, side_q = 0;
+    auto p = alone_first(mesh_.triangles[one], of_one, side_p);
+    auto q = alone_first(mesh_.triangles[other], of_other, side_q);
+    if (!p || !q) return false;
+    if (side_p < 0) std::swap((*q)[1], (*q)[2]);
+    if (side_q < 0) std::swap((*p)[1], (*p)[2]);
+    const auto is_below = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+      const auto& at = mesh_.points;
+      return quick_orientation(at[a], at[b], at[c], at[d]).value_or(0) < 0;
+    };
+    if (!is_below((*p)[0], (*p)[1], (*q)[0], (*q)[1]) || !is_below((*p)[0], (*p)[2], (*q)[2], (*q)[0]))
+      return false;
+    const auto corners = [this](std::uint32_t t) {
+      const auto& [a, b, c] = mesh_.triangles[t];
+      return std::array{mesh_.points[a], mesh_.points[b], mesh_.points[c]};
+    };
+    const auto through = corners(one);
+    found_ = {corners(other), {through.begin(), through.end()}, false};
+    return true;
+  }
+
+  /// @param side of the plane of the triangle on which the edge begins.
+  bool crosses(std::uint32_t p, std::uint32_t q, std::uint32_t triangle, int side) {
     const auto& at = mesh_.points;
     const auto& corners = mesh_.triangles[triangle];
-    const Point3 &a = at[corners[0]], &b = at[corners[1]], &c = at[corners[2]];
-    const auto side_p = quick_orientation(a, b, c, at[p]);
-    if (!side_p || *side_p == 0) return false;
-    const auto side_q = quick_orientation(a, b, c, at[q]);
-    if (!side_q || *side_q != -*side_p) return false;
     int positive = 0, negative = 0;
     std::size_t on = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const int side = orientation(at[p], at[q], at[corners[k]], at[corners[(k + 1) % 3]]);
-      positive += side > 0;
-      negative += side < 0;
-      if (side == 0) on = k;
+      const int turn = orientation(at[p], at[q], at[corners[k]], at[corners[(k + 1) % 3]]);
+      positive += turn > 0;
+      negative += turn < 0;
+      if (turn == 0) on = k;
     }
     if (positive > 0 && negative > 0) return false;
     if (positive + negative < 2) return false;  // through a corner
-    if (positive + negative == 2 && !crosses_neighbour(p, q, triangle, on, *side_p)) return false;
-    found_ = {{a, b, c}, {at[p], at[q]}};
+    if (positive + negative == 2 && !crosses_neighbour(p, q, triangle, on, side)) return false;
+    found_ = {{at[corners[0]], at[corners[1]], at[corners[2]]}, {at[p], at[q]}, false};
     return true;
   }
 
@@ -112,7 +166,7 @@ class CrossingFinder {
     if (are_parted(p, q, side) || are_parted(q, p, side) || !are_coplanar(mesh_, one, other)) return false;
     const auto middle = common_point(p, q, side);
     if (!middle || std::abs(times_covered(*middle, axis, one)) < 2) return false;
-    found_ = {{at[t[0]], at[t[1]], at[t[2]]}, {at[s[0]], at[s[1]], at[s[2]]}};
+    found_ = {{at[t[0]], at[t[1]], at[t[2]]}, {at[s[0]], at[s[1]], at[s[2]]}, true};
     return true;
   }
 
@@ -221,7 +275,8 @@ std::string text_of(const MeshCrossing& crossing) {
     return "the edge from " + point_text(crossing.other[0]) + " to " + point_text(crossing.other[1]) +
            " goes through the triangle " + list(crossing.triangle);
   return "the triangle " + list(crossing.other) + " and the triangle " + list(crossing.triangle) +
-         " cover each other in part, wound alike in one plane";
+         (!crossing.in_plane ? " go through each other"
+                             : " cover each other in part, wound alike in one plane");
 }
 
 }  // namespace bsp2::model
