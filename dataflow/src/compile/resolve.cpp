@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "bsp2/geometry/support/counted.hpp"
@@ -168,15 +169,17 @@ class Resolver {
     std::string warning;
   };
   std::unordered_map<const Node*, Flat> flats_;
+  std::unordered_set<std::string> told_of_flats_;
 
   /// Remembers what is flat of the image of a construct.
-  void note_flats(const Construction& construction, const Expression& image, const std::string& place) {
+  template <typename Place>
+  void note_flats(const Construction& construction, const Expression& image, Place&& place) {
     const auto note = [&](const Expression& solid) {
       const auto* primitive = std::get_if<Primitive>(&solid.node().value);
       if (primitive == nullptr || !model::is_flat(*primitive)) return;
       const char* name = bounded_operands(construction.construct);
       const std::string what = name != nullptr ? name : "multmatrix";
-      flats_.insert_or_assign(&solid.node(), Flat{solid, place + what + ": all its points lie " +
+      flats_.insert_or_assign(&solid.node(), Flat{solid, place() + what + ": all its points lie " +
                                                              model::flat_place(solid.dimension()) +
                                                              ", so it encloses nothing and is left out"});
     };
@@ -210,8 +213,7 @@ class Resolver {
           if (const auto* named = std::get_if<model::Named>(&node.value))
             return make(node.dimension, model::Named{named->role, named->name, images[0]});
           const std::string& warning = flats_.at(&node).warning;
-          if (std::find(warnings_.begin(), warnings_.end(), warning) == warnings_.end())
-            warnings_.push_back(warning);
+          if (told_of_flats_.insert(warning).second) warnings_.push_back(warning);
           return one_part(Expression(node.dimension), node.parts);
         });
   }
@@ -235,7 +237,7 @@ class Resolver {
     const auto& construction = std::get<Construction>(node.value);
     if (!takes_flat(construction.construct)) leave_out_flats(images);
     if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
-    const std::string place = options_.place_of ? options_.place_of(node) : "";
+    const auto place = [&] { return options_.place_of ? options_.place_of(node) : ""; };
     const std::size_t before = first_of_construct_ = warnings_.size();
     try {
       const auto& construct = construction.construct;
@@ -245,11 +247,11 @@ class Resolver {
       Expression image = !passes_on(construct) && std::any_of(images.begin(), images.end(), is_only_enclosed)
                              ? enclosed_image_of(construct, images)
                              : image_of(construct, images);
-      for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place);
+      for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place());
       note_flats(construction, image, place);
       return image;
     } catch (const Error& error) {
-      throw Error(place + error.what());
+      throw Error(place() + error.what());
     }
   }
 

@@ -37,10 +37,12 @@ Expression sum_of_parts(const std::vector<Points>& a, const std::vector<Points>&
   return united(dimension, std::move(sums));
 }
 
-/// One convex primitive, wherever it is placed, without its colour: it is its own hull.
+/// One convex primitive, wherever it is placed, without its colour: it is its own hull. What is no more than
+/// that from some node on stays, so that hulls in each other share it.
 std::optional<Expression> single_convex(const Expression& solid) {
-  std::vector<const model::Transform*> maps;
-  const Expression* at = &solid;
+  std::vector<const model::Transform*> maps;  // around what stays
+  const Expression *at = &solid, *stays = &solid;
+  std::size_t maps_in_it = 0;
   for (;;) {
     const auto& value = at->node().value;
     if (const auto* primitive = std::get_if<model::Primitive>(&value)) {
@@ -51,7 +53,6 @@ std::optional<Expression> single_convex(const Expression& solid) {
         return std::nullopt;
       break;
     }
-    if (const auto* transform = std::get_if<model::Transform>(&value)) maps.push_back(transform);
     const Expression* only = nullptr;
     for (const Expression& child : at->node().children()) {
       if (is_empty(child)) continue;
@@ -61,10 +62,14 @@ std::optional<Expression> single_convex(const Expression& solid) {
     const auto* boolean = std::get_if<model::Boolean>(&value);
     if (only == nullptr || (boolean != nullptr && boolean->operation != model::Operation::unite))
       return std::nullopt;
+    const auto* transform = std::get_if<model::Transform>(&value);
+    if (transform != nullptr) maps.push_back(transform);
+    maps_in_it = transform != nullptr ? maps_in_it + 1 : 0;
     at = only;
+    if (transform == nullptr) stays = at;
   }
-  Expression result = *at;
-  for (std::size_t i = maps.size(); i-- > 0;)
+  Expression result = *stays;
+  for (std::size_t i = maps.size() - maps_in_it; i-- > 0;)
     result = make(solid.dimension(), model::Transform{maps[i]->matrix, std::move(result)});
   return result;
 }

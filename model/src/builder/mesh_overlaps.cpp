@@ -13,6 +13,7 @@
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
 #include "bsp2/model/expression/csg.hpp"
+#include "bsp2/model/expression/line_finder.hpp"
 #include "builder/mesh_shells.hpp"
 #include "mesh/mesh_crossing.hpp"
 #include "text/csg_arguments.hpp"

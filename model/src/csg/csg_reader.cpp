@@ -8,6 +8,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/model/expression/csg.hpp"
+#include "bsp2/model/expression/line_finder.hpp"
 #include "builder/matrix.hpp"
 #include "builder/node_pool.hpp"
 #include "builder/polyhedron.hpp"

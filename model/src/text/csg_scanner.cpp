@@ -21,16 +21,6 @@ constexpr std::size_t most_values =
 
 }  // namespace
 
-std::string LineFinder::at(std::size_t offset) {
-  if (offset < seen_) line_ = 1, line_begin_ = 0, seen_ = 0;
-  for (; seen_ < offset; ++seen_)
-    if (text_[seen_] == '\n') ++line_, line_begin_ = seen_ + 1;
-  std::size_t column = 1;
-  for (std::size_t i = line_begin_; i < offset; ++i)
-    column += (static_cast<unsigned char>(text_[i]) & 0xC0) != 0x80;
-  return std::to_string(line_) + ":" + std::to_string(column);
-}
-
 Scanner::Scanner(std::string_view text) : begin_(text.data()), at_(begin_), end_(begin_ + text.size()) {
   if (text.starts_with("\xEF\xBB\xBF")) at_ += 3;  // a byte order mark
 }

@@ -15,17 +15,6 @@ struct SyntaxError {
   bool is_source = false;  ///< what stands there is a name: OpenSCAD's own language has those
 };
 
-/// Turns byte offsets into "line:column" (from 1, columns in UTF-8 characters). Fast if the offsets ascend.
-class LineFinder {
- public:
-  explicit LineFinder(std::string_view text) : text_(text) {}
-  std::string at(std::size_t offset);
-
- private:
-  std::string_view text_;
-  std::size_t line_ = 1, line_begin_ = 0, seen_ = 0;
-};
-
 /// One value of an argument. Values are kept in a flat list ("tape"): a vector is followed by its elements.
 struct Value {
   enum Kind : std::uint8_t { undefined, number, boolean, text, vector };

@@ -8,6 +8,7 @@
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
+#include "bsp2/model/expression/line_finder.hpp"
 #include "stages/stages.hpp"
 
 namespace bsp2::supersteps {
@@ -62,9 +63,10 @@ dataflow::Network<D> translation(const Source& source, const RunOptions& options
       .coincidence = options.coincidence,
       .parts = options.parts_by_colour ? dataflow::Parts::colours : dataflow::Parts::named,
       .threads = threads};
-  compile_options.place_of = [&](const model::Node& node) {
+  // There may be as many warnings as constructs, which are made one after the other.
+  compile_options.place_of = [&, lines = model::LineFinder(source.text)](const model::Node& node) mutable {
     const auto found = source.model.construct_offsets.find(&node);
-    return found == source.model.construct_offsets.end() ? "" : place(found->second);
+    return found == source.model.construct_offsets.end() ? "" : name + ":" + lines.at(found->second) + ": ";
   };
   compile_options.place_of_primitive = [&](std::int32_t primitive) {
     const auto& offsets = source.model.part_offsets;

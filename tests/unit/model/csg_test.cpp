@@ -13,6 +13,7 @@
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/model/expression/line_finder.hpp"
 #include "csg/csg_nodes.hpp"
 #include "model/csg_helpers.hpp"
 #include "model/helpers.hpp"
@@ -384,6 +385,29 @@ TEST(Csg, PlaneMinkowskiSumsOfNothingAreEmpty) {
   EXPECT_EQ(count("square(2);"), 1U);
   EXPECT_EQ(count("cube(2); cube(0);"), 1U);
   EXPECT_EQ(count("cube(0); cube(2);"), 1U);
+}
+
+/// In any order of the places, beside a count from the beginning for each.
+TEST(LineFinder, CountsLinesAndCharacters) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  for (int round = 0; round < samples::rounds(20); ++round) {
+    const unsigned newlines = round % 3 == 0 ? 0 : round % 3 == 1 ? 3 : 400;
+    std::string text;
+    while (text.size() < 20'000)
+      text += random() % 500 < newlines ? "\n" : random() % 4 == 0 ? "\xC3\xA4" : "x";
+    LineFinder finder(text);
+    for (int look = 0; look < 50; ++look) {
+      const std::size_t offset = look == 0 ? text.size() : random() % (text.size() + 1);
+      std::size_t line = 1, column = 1;
+      for (std::size_t i = 0; i < offset; ++i) {
+        column = text[i] == '\n' ? 1 : column + (text[i] != '\xA4');
+        line += text[i] == '\n';
+      }
+      ASSERT_EQ(finder.at(offset), std::to_string(line) + ":" + std::to_string(column));
+    }
+  }
 }
 
 TEST(Csg, PartsAreThePrimitivesOfTheSource) {
