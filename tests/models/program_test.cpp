@@ -96,6 +96,26 @@ TEST_F(Program, WarnsOfWhatNobodyWants) {
   }
 }
 
+// A part smaller than what single precision is cleaned by vanishes, which is told; a format of all digits
+// keeps it.
+TEST_F(Program, PartsThatCleaningWouldLoseAreToldOfOrKept) {
+  const std::string far = model(
+      "multmatrix([[1, 0, 0, 1e7], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(1);"
+      "multmatrix([[1, 0, 0, 3], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(0.01); } }");
+  const auto written = [&](const char* name) {
+    const Ended ended = start("run --quiet " + far + " --boundary " + (folder_.path() / name).string());
+    EXPECT_EQ(ended.code, 0) << ended.text;
+    return ended.text;
+  };
+  EXPECT_NE(written("a.stl").find("changes 1 of the 2 connected parts"), std::string::npos);
+  EXPECT_EQ(written("a.off"), "");
+  std::ifstream file(folder_.path() / "a.off");
+  std::string off;
+  std::size_t points = 0, triangles = 0;
+  file >> off >> points >> triangles;
+  EXPECT_EQ(triangles, 24U);
+}
+
 TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
   expect_refused("", "empty");
   expect_refused("cube(size=[1,2,3])", ":1:");

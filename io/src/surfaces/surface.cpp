@@ -191,8 +191,10 @@ void check_surface_file(const fs::path& path) {
   if (format->is_plane) check_sheet(*sheet_format(path));
 }
 
-SurfaceRemarks write_surface(const fs::path& path, const TriangleSurface& surface,
-                             const SurfaceParts& parts) {
+bool changes_in_single(const TriangleSurface& surface) { return loss_in_single(surface).changed > 0; }
+
+SurfaceRemarks write_surface(const fs::path& path, const TriangleSurface& surface, const SurfaceParts& parts,
+                             const TriangleSurface* found) {
   check_surface_file(path);
   const SurfaceFormat& format = *surface_format(path);
   if (format.has_faces)
@@ -216,7 +218,7 @@ SurfaceRemarks write_surface(const fs::path& path, const TriangleSurface& surfac
       write_file(path, to_stl(rounded));
     else
       write_file(path, single_bytes(format, rounded, labels, remarks.notes));
-    remarks.warning = warning_of(path, format, loss_in_single(surface));
+    remarks.warning = warning_of(path, format, loss_in_single(found != nullptr ? *found : surface));
   }
   for (std::string& note : remarks.notes) note = path.string() + ": " + note;
   return remarks;

@@ -213,6 +213,9 @@ const geometry::TriangleSurface& surface_for(const std::filesystem::path& path, 
   (clean ? length.length : length.of_coordinate) = clean ? *clean : io::least_step(path);
   if (!(length.at(1) > 0)) return found;
   auto made = model::cleaned(found, length, threads);
+  const bool is_single = io::surface_format(path)->is_single;
+  if (!clean && !is_single && made.cleaning.is_changed() && io::changes_in_single(found))
+    return found;  // the file holds all digits, and fewer would lose something
   const model::Cleaning& what = made.cleaning;
   cleaned = std::move(made.surface);
   if (!result.report.boundary) return cleaned;
@@ -244,7 +247,8 @@ void write_boundary(RunResult& result, const std::filesystem::path& path, std::o
     remarks.notes = io::write_outline(path, *result.outlines, parts_of(result));
   } else {
     geometry::TriangleSurface cleaned;
-    remarks = io::write_surface(path, surface_for(path, result, clean, threads, cleaned), parts_of(result));
+    const auto& surface = surface_for(path, result, clean, threads, cleaned);
+    remarks = io::write_surface(path, surface, parts_of(result), clean ? nullptr : &*result.boundary);
   }
   if (!remarks.warning.empty()) result.report.warnings.push_back(remarks.warning);
   auto& notes = result.report.notes;

@@ -65,12 +65,19 @@ struct SurfaceRemarks {
 /// a second file, of the ending `.mtl`, which is there before it.
 /// Of a format in single precision the corners are rounded first; then no triangle is without area, and the
 /// surface is as closed as it was, told by the coordinates in the file alone.
+/// @param found what the surface was made of, if it is not the one that was found: what is lost is lost of
+/// that.
 /// @return a warning where single precision changes the volume or the size of a connected part of the surface
 /// by more than a hundred-thousandth, and notes.
 /// @throws bsp2::Error if it cannot be written, its ending is another one, or of a format of faces or
 /// outlines, or a coordinate is too large for its precision.
 [[nodiscard]] SurfaceRemarks write_surface(const std::filesystem::path& path,
                                            const geometry::TriangleSurface& surface,
-                                           const SurfaceParts& parts = {});
+                                           const SurfaceParts& parts = {},
+                                           const geometry::TriangleSurface* found = nullptr);
+
+/// Whether single precision changes the volume or the size of a connected part by more than a
+/// hundred-thousandth.
+[[nodiscard]] bool changes_in_single(const geometry::TriangleSurface& surface);
 
 }  // namespace bsp2::io
