@@ -125,6 +125,10 @@ TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
   expect_refused("polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);",
                  "the edge from point 1 (1, 0, 0) to point 2");
   expect_refused("cylinder($fn = 1e9, h = 1, r1 = 1, r2 = 1);", "limit");
+  expect_refused(
+      "rotate_extrude($fn = 4000) { multmatrix([[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) {"
+      "circle($fn = 4000, r = 1); } }",
+      "4000 segments of 4000 edges; the limit");
   std::string huge = "cube();";
   for (int i = 0; i < 3; ++i)
     huge = "multmatrix([[1e200,0,0,0],[0,1e200,0,0],[0,0,1e200,0],[0,0,0,1]]) {" + huge + "}";

@@ -332,6 +332,12 @@ Outline straightened(Outline outline) {
 
 Expression revolve_outline(const Outline& given, double start, double angle, std::uint32_t segments,
                            double coincidence) {
+  std::uint64_t edges = 0;
+  for (const auto& path : given) edges += path.size();
+  if (edges * segments > model::max_sphere_facets)
+    throw Error("rotate_extrude: " + std::to_string(segments) + " segments of " + std::to_string(edges) +
+                " edges; the limit is " + std::to_string(model::max_sphere_facets) +
+                " facets in all: give a larger $fs or a smaller $fn");
   const Outline outline = straightened(given);
   // Parts of a turn are convex up to 180 degrees. A whole turn with less than three segments is flat.
   struct Sector {
