@@ -12,7 +12,8 @@
 ///   BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 ///   #undef BSP2_INSTANTIATE
 ///
-/// A build for 4 dimensions (cmake -DBSP2_DIMENSIONS=4) reads models of 6, too, and refuses to evaluate them.
+/// A build for 3 or 4 dimensions (cmake -DBSP2_DIMENSIONS=4) reads models of 6, too, and refuses to evaluate
+/// them.
 #ifndef BSP2_DIMENSIONS
 #define BSP2_DIMENSIONS 6
 #endif
@@ -20,8 +21,10 @@
 #define BSP2_FOR_EACH_DIMENSION(macro) macro(1) macro(2) macro(3) macro(4) macro(5) macro(6)
 #elif BSP2_DIMENSIONS == 4
 #define BSP2_FOR_EACH_DIMENSION(macro) macro(1) macro(2) macro(3) macro(4)
+#elif BSP2_DIMENSIONS == 3
+#define BSP2_FOR_EACH_DIMENSION(macro) macro(1) macro(2) macro(3)
 #else
-#error "BSP2_DIMENSIONS is 4 or 6"
+#error "BSP2_DIMENSIONS is 3, 4 or 6"
 #endif
 
 namespace bsp2::geometry {
@@ -45,7 +48,7 @@ auto in_dimension(int dimension, Use&& use) {
                 std::to_string(dimension));
   if (dimension > built_dimensions)
     throw Error("this program is built for solids of up to " + std::to_string(built_dimensions) +
-                " dimensions: build it with -DBSP2_DIMENSIONS=6");
+                " dimensions: build it with -DBSP2_DIMENSIONS=" + std::to_string(most_dimensions));
   if constexpr (D < built_dimensions)
     if (dimension != D) return in_dimension<D + 1>(dimension, std::forward<Use>(use));
   return use(std::integral_constant<int, D>());
