@@ -253,14 +253,11 @@ class EdgeMaker {
               [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
     for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
       while (end < order.size() && key(order[end]) == key(order[begin])) ++end;
-      const auto [low, high] = key(order[begin]);
-      const auto edge = static_cast<std::uint32_t>(brep_.edges.size());
-      for (std::size_t i = begin; i < end; ++i) brep_.uses[order[i]].edge = edge;
       const std::span<std::uint32_t> uses(order.data() + begin, end - begin);
       if (uses.size() > 2) sort_about(uses);
-      brep_.edges.push_back(
-          {{low, high}, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(uses.size())});
-      find_angles(uses);
+      const bool is_one = are_about_one_edge(uses) || !make_pairs(uses);
+      const std::size_t count = is_one ? uses.size() : 2;
+      for (std::size_t at = begin; at < end; at += count) add_edge(key(order[at]), order, at, count);
     }
     brep_.uses_of_edges = std::move(order);
   }
@@ -270,6 +267,54 @@ class EdgeMaker {
   const TriangulatedSkin& skin_;
   const FaceMaker& faces_;
   Brep& brep_;
+
+  void add_edge(const std::pair<std::uint32_t, std::uint32_t>& ends, std::span<std::uint32_t> order,
+                std::size_t first, std::size_t count) {
+    const std::span uses = order.subspan(first, count);
+    for (const std::uint32_t use : uses)
+      brep_.uses[use].edge = static_cast<std::uint32_t>(brep_.edges.size());
+    brep_.edges.push_back(
+        {{ends.first, ends.second}, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(count)});
+    find_angles(uses);
+  }
+
+  /// The part that is next to a face on its counter-clockwise side about an edge, or on the other one.
+  [[nodiscard]] std::int32_t part_beside(std::uint32_t use, bool counter_clockwise) const {
+    const Brep::Face& face = brep_.faces[brep_.uses[use].face];
+    return brep_.uses[use].forward == counter_clockwise ? face.other : face.part;
+  }
+  /// Whether all faces that follow each other have the same part between them. If not, these are several
+  /// edges whose ends have become the same by rounding.
+  [[nodiscard]] bool are_about_one_edge(std::span<const std::uint32_t> uses) const {
+    for (std::size_t i = 0; i < uses.size(); ++i)
+      if (part_beside(uses[i], true) != part_beside(uses[(i + 1) % uses.size()], false)) return false;
+    return true;
+  }
+  /// Puts the faces of several edges in pairs that have a part between them, like brackets. @return whether
+  /// that can be done; if not, they stay as they are.
+  [[nodiscard]] bool make_pairs(std::span<std::uint32_t> uses) const {
+    std::map<std::int32_t, std::vector<std::uint32_t>> open;
+    std::vector<std::uint32_t> pairs, closing;
+    const auto close = [&](std::uint32_t use) {
+      auto& opened = open[part_beside(use, false)];
+      if (opened.empty()) return false;
+      pairs.insert(pairs.end(), {opened.back(), use});
+      opened.pop_back();
+      return true;
+    };
+    for (const std::uint32_t use : uses) {
+      const bool opens = part_beside(use, true) != Brep::outside,
+                 closes = part_beside(use, false) != Brep::outside;
+      if (opens == closes) return false;  // a face between two parts
+      if (opens)
+        open[part_beside(use, true)].push_back(use);
+      else if (!close(use))
+        closing.push_back(use);  // by one that follows, around the edge
+    }
+    if (!std::ranges::all_of(closing, close)) return false;
+    std::ranges::copy(pairs, uses.begin());
+    return true;
+  }
 
   [[nodiscard]] OrientedHyperplane plane(std::uint32_t use) const {
     return faces_.planes()[brep_.uses[use].face];

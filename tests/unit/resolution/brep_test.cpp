@@ -320,6 +320,17 @@ TEST(Brep, HasInterfacesWherePartsMeet) {
   EXPECT_EQ(f.brep.solids.size(), 2U);
 }
 
+/// A random solid with two edges that are less apart than their ends are rounded by.
+TEST(Brep, KeepsEdgesApartThatRoundToOne) {
+  Random random(615215507);
+  const Found f = found(random_expression(random, 3, Kind::solids, 2), false);
+  std::size_t joined = 0;
+  ASSERT_NO_FATAL_FAILURE(check(f, joined));
+  std::map<std::array<std::uint32_t, 2>, int> times;
+  for (const Brep::Edge& edge : f.brep.edges) ++times[edge.ends];
+  EXPECT_TRUE(std::ranges::any_of(times, [](const auto& edge) { return edge.second == 2; }));
+}
+
 class RandomBrep : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(Of, RandomBrep, testing::Values(Kind::grid_boxes, Kind::solids), [](const auto& p) {
   return std::string(p.param == Kind::solids ? "solids" : "boxes");

@@ -41,7 +41,7 @@ struct Brep {
     double angle;  ///< about the edge, from this face to the next one, in [0, 2 pi]; radians
   };
   struct Edge {
-    std::array<std::uint32_t, 2> ends;  ///< vertices; the lower one first
+    std::array<std::uint32_t, 2> ends;  ///< vertices; the lower one first; two edges may round to the same
     std::uint32_t first, count;         ///< its uses are uses_of_edges[first ... first + count - 1]
   };
   /// The boundary of one piece of a part, or of one of its cavities.
