@@ -349,15 +349,15 @@ TEST(Csg, ErrorsSayWhere) {
   EXPECT_EQ(message("// nothing"), "test.csg: holds no model: there is no node in it");
   EXPECT_EQ(message("group() { sphere($fn = 1e9); }"),
             "test.csg:1:11: 1e+09 sides asked for ($fn = 1e+09, $fa = 12, $fs = 2, radius 1); the limit is "
-            "1000000");
+            "200000");
   EXPECT_EQ(message("offset($fn = 1e9) { square(1); }"),
             "test.csg:1:1: 1e+09 sides asked for ($fn = 1e+09, $fa = 12, $fs = 2, radius 1); the limit is "
-            "1000000");
+            "200000");
   EXPECT_EQ(message("offset(r = 1, $fn = 1e9) { square(1); }"),
             "test.csg:1:1: 1e+09 sides asked for ($fn = 1e+09, $fa = 12, $fs = 2, radius 1); the limit is "
-            "1000000");
+            "200000");
   EXPECT_EQ(message("linear_extrude(height = 1, twist = 9, slices = 1e9) { square(1); }"),
-            "test.csg:1:1: 1e+09 slices asked for; the limit is 1000000");
+            "test.csg:1:1: 1e+09 slices asked for; the limit is 200000");
   EXPECT_EQ(message("cube(1) cube(2);"), "test.csg:1:9: expected ';' or '{' after 'cube(...)', found 'cube'");
   EXPECT_EQ(message("group() }"), "test.csg:1:9: expected ';' or '{' after 'group(...)', found '}'");
   EXPECT_EQ(message("group() union()"),

@@ -412,7 +412,7 @@ TEST_F(DxfDrawing, DamagedSplinesAreErrors) {
   odd = sound, odd.degree = 1'000'000'000;
   EXPECT_EQ(fault(file_of(odd.text(4))), "import: FILE: SPLINE has the degree 1000; 1 to 25 are read");
   EXPECT_EQ(fault(file_of(sound.text(4)), {.fn = 1e9}),
-            "import: a spline of a drawing gets more than 1000000 sides ($fn, $fa, $fs)");
+            "import: a spline of a drawing gets more than 200000 sides ($fn, $fa, $fs)");
   EXPECT_EQ(fault(file_of(Pairs().entity("LINE").point(10, 1, 2)(11, "1,5")(21, 4.0).text())),
             "import: FILE:20: '1,5' is no finite number, as the value of group code 11 of LINE");
 }
@@ -761,7 +761,7 @@ TEST_F(DxfDrawing, BombsAreRefusedAtOnce) {
        {Pairs().entity("CIRCLE")(40, 1e9).text(), light_polyline({{0, 0, 1}, {10, 0, 1}}),
         Pairs().entity("ELLIPSE").point(11, 30, 0)(40, 0.5).text()})
     EXPECT_EQ(fault(file_of(round), {.fn = 1e9}),
-              "import: a circle, an arc or an ellipse of a DXF drawing gets more than 1000000 sides ($fn, "
+              "import: a circle, an arc or an ellipse of a DXF drawing gets more than 200000 sides ($fn, "
               "$fa, $fs)");
   EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 60) << "seconds of the processor";
 }

@@ -14,7 +14,7 @@ struct Resolution {
 };
 
 /// Limits on one primitive, far above what a model needs; more is taken for a slip of the pen.
-inline constexpr std::uint32_t max_sides = 1'000'000;
+inline constexpr std::uint32_t max_sides = 200'000;
 inline constexpr std::uint64_t max_sphere_facets = 10'000'000;
 
 /// The number of sides of a circle of this radius, >= 3. A double, since `$fn` may be anything: it may exceed
