@@ -1,13 +1,25 @@
 // Meshes of gmsh: text and binary, both versions, surfaces and solid elements.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <iomanip>
+#include <iterator>
+#include <map>
+#include <random>
+#include <set>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "bsp2/geometry/support/error.hpp"
 #include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
+#include "support/rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -107,6 +119,147 @@ TEST(Msh, VersionsAndFormsAreTheSame) {
     EXPECT_NEAR(enclosed_by(parts.parts[0]), 1 / 6.0, 1e-15);
     for (std::size_t length = 0; length + 12 < bytes.size(); ++length)
       ASSERT_NE(message_of(bytes.substr(0, length)), "no error") << length;
+  }
+}
+
+using Random = std::mt19937_64;
+
+std::size_t below(Random& random, std::size_t bound) {
+  return std::uniform_int_distribution<std::size_t>(0, bound - 1)(random);
+}
+
+/// A solid of cells of a grid that is bent so little that no tetrahedron turns over (1 - 0.3 > 2 * 0.3),
+/// grown side by side: mostly not convex, also with holes and cavities. Each cell is six tetrahedra around
+/// its diagonal, which fit those of its neighbours.
+class RandomSolid {
+ public:
+  explicit RandomSolid(Random& random) {
+    std::uniform_real_distribution<double> bend(-0.15, 0.15);
+    for (std::size_t i = 0; i < 4 * 4 * 4; ++i) {
+      points_.push_back(
+          {static_cast<double>(i % 4), static_cast<double>(i / 4 % 4), static_cast<double>(i / 16)});
+      for (double& x : points_.back()) x += bend(random);
+    }
+    const std::size_t wanted = 1 + below(random, 24);
+    for (cells_.insert(below(random, 27)); cells_.size() < wanted;) grow(random);
+    for (const std::size_t cell : cells_) add(cell);
+    for (const auto& t : tetrahedra_) volume_ += content(t);
+  }
+
+  [[nodiscard]] double volume() const { return volume_; }
+
+  /// @param is_surface whether it has the triangles that belong to one tetrahedron, or the tetrahedra.
+  [[nodiscard]] std::string text(Random& random, bool is_surface) const {
+    std::vector<std::vector<std::size_t>> elements = is_surface ? skin() : tetrahedra_;
+    std::shuffle(elements.begin(), elements.end(), random);
+    if (!is_surface)
+      for (auto& t : elements)
+        if (below(random, 2) == 0) std::swap(t[0], t[1]);  // inside out
+    return below(random, 2) == 0 ? version_2(elements) : version_4(elements);
+  }
+
+ private:
+  std::vector<Point3> points_;
+  std::set<std::size_t> cells_;
+  std::vector<std::vector<std::size_t>> tetrahedra_;
+  double volume_ = 0;
+
+  void grow(Random& random) {
+    static constexpr std::array<std::size_t, 3> step{1, 3, 9};
+    auto from = cells_.begin();
+    std::advance(from, below(random, cells_.size()));
+    const std::size_t axis = below(random, 3), place = *from / step[axis] % 3;
+    if (below(random, 2) == 0 && place > 0)
+      cells_.insert(*from - step[axis]);
+    else if (place < 2)
+      cells_.insert(*from + step[axis]);
+  }
+
+  void add(std::size_t cell) {
+    static constexpr std::array<std::size_t, 3> step{1, 4, 16};
+    const std::size_t origin = cell % 3 + 4 * (cell / 3 % 3) + 16 * (cell / 9);
+    std::array<std::size_t, 3> order{0, 1, 2};
+    do {
+      const std::size_t b = origin + step[order[0]], c = b + step[order[1]];
+      std::vector<std::size_t> t{origin, b, c, c + step[order[2]]};
+      if (content(t) < 0) std::swap(t[0], t[1]);
+      tetrahedra_.push_back(t);
+    } while (std::next_permutation(order.begin(), order.end()));
+  }
+
+  [[nodiscard]] double content(const std::vector<std::size_t>& t) const {
+    std::array<Point3, 3> e{};
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) e[i][k] = points_[t[i + 1]][k] - points_[t[0]][k];
+    const auto& [u, v, w] = e;
+    return (u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) +
+            u[2] * (v[0] * w[1] - v[1] * w[0])) /
+           6;
+  }
+
+  [[nodiscard]] std::vector<std::vector<std::size_t>> skin() const {
+    std::map<std::set<std::size_t>, std::vector<std::vector<std::size_t>>> sides;
+    for (const auto& t : tetrahedra_)
+      for (const auto& side : {std::vector{t[0], t[2], t[1]}, std::vector{t[0], t[1], t[3]},
+                               std::vector{t[0], t[3], t[2]}, std::vector{t[1], t[2], t[3]}})
+        sides[{side.begin(), side.end()}].push_back(side);
+    std::vector<std::vector<std::size_t>> outer;
+    for (const auto& [key, of_key] : sides)
+      if (of_key.size() == 1) outer.push_back(of_key[0]);
+    return outer;
+  }
+
+  /// Nodes have the numbers 3 i + 7.
+  void put_corners(std::ostream& text, const std::vector<std::size_t>& element) const {
+    for (const std::size_t corner : element) text << ' ' << 3 * corner + 7;
+    text << '\n';
+  }
+
+  void put_point(std::ostream& text, std::size_t i) const {
+    text << points_[i][0] << ' ' << points_[i][1] << ' ' << points_[i][2] << '\n';
+  }
+
+  [[nodiscard]] std::string version_2(const std::vector<std::vector<std::size_t>>& elements) const {
+    std::ostringstream text;
+    text << std::setprecision(17) << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n"
+         << points_.size() << '\n';
+    for (std::size_t i = 0; i < points_.size(); ++i) put_point(text << 3 * i + 7 << ' ', i);
+    text << "$EndNodes\n$Elements\n" << elements.size() << '\n';
+    for (std::size_t i = 0; i < elements.size(); ++i)
+      put_corners(text << i + 1 << ' ' << (elements[i].size() == 3 ? 2 : 4) << " 2 0 1", elements[i]);
+    text << "$EndElements\n";
+    return text.str();
+  }
+
+  [[nodiscard]] std::string version_4(const std::vector<std::vector<std::size_t>>& elements) const {
+    const std::size_t dimension = elements[0].size() - 1, nodes = points_.size();
+    std::ostringstream text;
+    text << std::setprecision(17) << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 " << nodes << " 7 "
+         << 3 * nodes + 4 << '\n'
+         << dimension << " 1 0 " << nodes << '\n';
+    for (std::size_t i = 0; i < nodes; ++i) text << 3 * i + 7 << '\n';
+    for (std::size_t i = 0; i < nodes; ++i) put_point(text, i);
+    text << "$EndNodes\n$Elements\n1 " << elements.size() << " 1 " << elements.size() << '\n'
+         << dimension << " 1 " << (dimension == 2 ? 2 : 4) << ' ' << elements.size() << '\n';
+    for (std::size_t i = 0; i < elements.size(); ++i) put_corners(text << i + 1, elements[i]);
+    text << "$EndElements\n";
+    return text.str();
+  }
+};
+
+/// The mesh of a solid and that of its surface enclose what its tetrahedra have together.
+TEST(Msh, RandomSolidsKeepTheirVolume) {
+  const char* given = std::getenv("BSP2_SEED");
+  const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  Random random(seed);
+  for (int round = 0; round < samples::rounds(200); ++round) {
+    const RandomSolid solid(random);
+    for (const bool is_surface : {false, true}) {
+      const auto parts = import_msh(solid.text(random, is_surface), "x.msh");
+      ASSERT_EQ(parts.parts.size(), 1U) << round;
+      ASSERT_NEAR(enclosed_by(parts.parts[0]), solid.volume(), 1e-12 * solid.volume()) << round << is_surface;
+    }
   }
 }
 
