@@ -140,5 +140,20 @@ TEST_F(ReadAgain, DamagedFilesAreOneMessage) {
   }
 }
 
+/// VTK by itself finds no polygons in any of these, and says no more.
+TEST_F(ReadAgain, SurfacesOfVtkTellWhyTheyAreNotRead) {
+  const std::string file = path("x.vtp");
+  const auto said = [&](const std::string& bytes) {
+    std::ofstream(file) << bytes;
+    const RunEnded ended = run("run " + file + " --quiet");
+    EXPECT_EQ(ended.code, 2) << ended.text;
+    return ended.text;
+  };
+  EXPECT_NE(said("solid x").find("is no XML file of VTK"), std::string::npos);
+  EXPECT_NE(said("<VTKFile type=\"PolyData\">").find("cut off"), std::string::npos);
+  EXPECT_NE(said("<VTKFile type=\"PolyData\"><PolyData></PolyData></VTKFile>").find("no polygons"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace bsp2::models

@@ -16,6 +16,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -97,6 +99,17 @@ void check_corners(vtkPolyData* data) {
   }
 }
 
+/// VTK tells of a text that is no XML, or ends too early, by no word.
+[[noreturn]] void fail_without_polygons(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes(std::istreambuf_iterator<char>(file), {});
+  if (bytes.find("<VTKFile") == std::string::npos)
+    throw Error("is no XML file of VTK: there is no <VTKFile> in it");
+  if (bytes.find("</VTKFile>") == std::string::npos)
+    throw Error("is damaged or cut off: it does not end with </VTKFile>");
+  throw Error("there are no polygons in it");
+}
+
 void read(const ReadRequest& request, PartsWriter& writer) {
   vtkObject::GlobalWarningDisplayOff();
   vtkNew<FirstError> errors;
@@ -134,7 +147,7 @@ void read(const ReadRequest& request, PartsWriter& writer) {
     if (colour != part.colour) part.is_of_one_colour = false;
     add_triangle(triangles, corners->GetPointer(0), part);
   }
-  if (parts.empty()) throw Error("there are no polygons in it");
+  if (parts.empty()) fail_without_polygons(request.path);
   auto* const names = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray("part_names"));
   PartNames used;
   vtkIdType many_coloured = 0;
