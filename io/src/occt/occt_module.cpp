@@ -3,6 +3,10 @@
 #include <BRep_Builder.hxx>
 #include <IGESCAFControl_Writer.hxx>
 #include <IGESControl_Controller.hxx>
+#include <IGESData_IGESModel.hxx>
+#include <IGESData_IGESWriter.hxx>
+#include <IGESData_Protocol.hxx>
+#include <IGESSelect_WorkLibrary.hxx>
 #include <Interface_Static.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
@@ -11,6 +15,9 @@
 #include <STEPCAFControl_Writer.hxx>
 #include <Standard_Failure.hxx>
 #include <Standard_OutOfMemory.hxx>
+#include <StepData_Protocol.hxx>
+#include <StepData_StepModel.hxx>
+#include <StepData_StepWriter.hxx>
 #include <TCollection_ExtendedString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TDataStd_Name.hxx>
@@ -20,6 +27,9 @@
 #include <XCAFDoc_ColorTool.hxx>
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
+#include <XSControl_WorkSession.hxx>
+#include <fstream>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <new>
@@ -85,6 +95,19 @@ class Document {
   }
 };
 
+/// Writes a whole file with all digits of its numbers: by itself the writer of STEP gives 12 and that of IGES
+/// 9, which bends plane faces. (More than 12 with its own formats cost it the exponents.)
+template <typename Writer, typename Protocol>
+bool print(const fs::path& path, Writer& writer, const Handle(Protocol) & protocol) {
+  writer.FloatWriter().SetFormat("%#.17G");
+  writer.FloatWriter().SetFormatForRange("%#.0f", 0, std::numeric_limits<double>::min());  // zeros
+  writer.SendModel(protocol);
+  std::ofstream file(path, std::ios::binary);
+  return writer.Print(file) && file.flush().good();
+}
+
+Handle(TCollection_HAsciiString) text(const char* of) { return new TCollection_HAsciiString(of); }
+
 bool write_step(const fs::path& path, const PartShapes& of_parts, const CadParts& parts) {
   STEPCAFControl_Controller::Init();
   Interface_Static::SetCVal("write.step.schema", "AP242DIS");
@@ -96,9 +119,10 @@ bool write_step(const fs::path& path, const PartShapes& of_parts, const CadParts
   const Document document(of_parts, parts);
   if (!writer.Transfer(document.get(), STEPControl_AsIs)) return false;
   APIHeaderSection_MakeHeader header(writer.ChangeWriter().Model());
-  header.SetName(new TCollection_HAsciiString(path.filename().c_str()));
-  header.SetOriginatingSystem(new TCollection_HAsciiString("bsp2"));
-  return writer.Write(path.c_str()) == IFSelect_RetDone;
+  header.SetName(text(path.filename().c_str()));
+  header.SetOriginatingSystem(text("bsp2"));
+  StepData_StepWriter whole(writer.ChangeWriter().Model());
+  return print(path, whole, Handle(StepData_Protocol)::DownCast(writer.ChangeWriter().WS()->Protocol()));
 }
 
 bool write_iges(const fs::path& path, const PartShapes& of_parts, const CadParts& parts) {
@@ -109,7 +133,15 @@ bool write_iges(const fs::path& path, const PartShapes& of_parts, const CadParts
   writer.SetColorMode(true);
   writer.SetNameMode(true);
   const Document document(of_parts, parts);
-  return writer.Transfer(document.get()) && writer.Write(path.c_str());
+  if (!writer.Transfer(document.get())) return false;
+  writer.ComputeModel();
+  IGESData_GlobalSection& header = writer.Model()->ChangeGlobalSection();
+  header.SetFileName(text(path.filename().c_str()));
+  header.SetAuthorName(text("bsp2"));  // not the user's login
+  header.SetCompanyName(text("bsp2"));
+  if (writer.Model()->NbEntities() == 0) return false;
+  IGESData_IGESWriter whole(writer.Model());
+  return print(path, whole, IGESSelect_WorkLibrary::DefineProtocol());
 }
 
 bool write_brep(const fs::path& path, const PartShapes& of_parts) {

@@ -43,9 +43,9 @@ class ShapeMaker {
         vertex_.unite(edge.ends[0], edge.ends[1]);
         ++shapes_.short_edges;
       }
+    for (const Brep::Face& face : brep.faces) unite_corners(face);
     for (const Brep::Shell& shell : brep.shells)
-      for (const Brep::Side& side : brep.sides_of(shell))
-        for (const Brep::Loop& loop : brep.loops_of(brep.faces[side.face])) sides_of(loop, side.is_front);
+      for (const Brep::Side& side : brep.sides_of(shell)) wires_of(side);
   }
 
   Shapes run() {
@@ -73,6 +73,8 @@ class ShapeMaker {
     std::uint32_t edge;      // see wedge_of
   };
 
+  using Sides = std::vector<Side>;
+
   const Brep& brep_;
   BRep_Builder builder_;
   Shapes shapes_;
@@ -86,10 +88,58 @@ class ShapeMaker {
     return {p[0], p[1], p[2]};
   }
 
+  /// Corners of a face that are one point: where it is a line, between an outline and its hole or along a
+  /// part of itself, which no short edge tells.
+  void unite_corners(const Brep::Face& face) {
+    const gp_XYZ askew(0.48, 0.64, 0.6);  // of length 1; few corners have one place along it
+    std::vector<std::pair<double, std::uint32_t>> corners;
+    for (const Brep::Loop& loop : brep_.loops_of(face))
+      for (const Brep::Use& use : brep_.uses_of(loop))
+        corners.emplace_back(askew.Dot(point(brep_.from(use)).XYZ()), brep_.from(use));
+    std::sort(corners.begin(), corners.end());
+    for (auto a = corners.begin(); a != corners.end(); ++a)
+      for (auto b = a + 1; b != corners.end() && b->first - a->first <= a_point; ++b)
+        if (point(a->second).Distance(point(b->second)) <= a_point) vertex_.unite(a->second, b->second);
+  }
+
+  /// The outline of a side of a face, and its holes: but for a hole that is all of the outline or of another
+  /// hole, backwards. Between these the face is a line, and their edges are one.
+  std::vector<Sides> wires_of(const Brep::Side& side) {
+    std::vector<Sides> wires;
+    for (const Brep::Loop& loop : brep_.loops_of(brep_.faces[side.face])) {
+      Sides sides = sides_of(loop, side.is_front);
+      const auto same =
+          std::find_if(wires.begin(), wires.end(), [&](Sides& wire) { return cancel(wire, sides); });
+      if (same == wires.end())
+        wires.push_back(std::move(sides));
+      else
+        same->clear();
+    }
+    return wires;
+  }
+
+  /// @return whether one goes back where the other came from, all the way; then each two of their edges are
+  /// one.
+  bool cancel(const Sides& one, const Sides& other) {
+    if (one.empty() || one.size() != other.size()) return false;
+    const std::size_t n = one.size();
+    const auto is_back = [](const Side& a, const Side& b) { return a.from == b.to && a.to == b.from; };
+    const auto first =
+        std::find_if(other.begin(), other.end(), [&](const Side& b) { return is_back(one[0], b); });
+    if (first == other.end()) return false;
+    const auto at = [&](std::size_t i) -> const Side& {
+      return other[(static_cast<std::size_t>(first - other.begin()) + n - i) % n];
+    };
+    for (std::size_t i = 0; i < n; ++i)
+      if (!is_back(one[i], at(i))) return false;
+    for (std::size_t i = 0; i < n; ++i) edge_.unite(one[i].edge, at(i).edge);
+    return true;
+  }
+
   /// What of a loop is longer than a point, and does not go back at once. Where it does, the face is a line
   /// there, and the two edges are one.
-  std::vector<Side> sides_of(const Brep::Loop& loop, bool is_front) {
-    std::vector<Side> sides;
+  Sides sides_of(const Brep::Loop& loop, bool is_front) {
+    Sides sides;
     const auto uses = brep_.uses_of(loop);
     for (std::size_t i = 0; i < uses.size(); ++i) {
       const std::size_t at = is_front ? uses.size() - 1 - i : i;
@@ -142,9 +192,9 @@ class ShapeMaker {
 
   TopoDS_Face face(const Brep::Side& side) {
     const Brep::Face& of = brep_.faces[side.face];
-    const auto loops = brep_.loops_of(of);
+    const std::vector<Sides> wires = wires_of(side);
     TopoDS_Face shape;
-    const auto outline = sides_of(loops.front(), side.is_front);
+    const Sides& outline = wires.front();
     if (outline.size() < 3) return shape;
     // A point of the plane near the face: numbers stay small.
     const gp_Pnt near = point(outline.front().from);
@@ -155,13 +205,12 @@ class ShapeMaker {
     for (const Side& edge : outline) tolerance = std::max(tolerance, 2 * plane.Distance(point(edge.from)));
     builder_.MakeFace(shape, new Geom_Plane(plane), tolerance);
     builder_.Add(shape, wire(outline, tolerance));
-    for (const Brep::Loop& loop : loops.subspan(1))
-      if (const auto hole = sides_of(loop, side.is_front); hole.size() >= 3)
-        builder_.Add(shape, wire(hole, tolerance));
+    for (std::size_t i = 1; i < wires.size(); ++i)
+      if (wires[i].size() >= 3) builder_.Add(shape, wire(wires[i], tolerance));
     return shape;
   }
 
-  TopoDS_Wire wire(const std::vector<Side>& sides, double tolerance) {
+  TopoDS_Wire wire(const Sides& sides, double tolerance) {
     TopoDS_Wire shape;
     builder_.MakeWire(shape);
     for (const Side& side : sides) {

@@ -17,7 +17,7 @@ struct Shapes {
 };
 
 /// Edges that Open CASCADE takes for points are points: their ends are one vertex, and faces that become
-/// lines go.
+/// lines go, as one between an outline and a hole that is as large.
 [[nodiscard]] Shapes shapes_of(const geometry::Brep& brep);
 
 }  // namespace bsp2::io

@@ -5,6 +5,7 @@
 #include <BRepGProp.hxx>
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
+#include <BRep_Tool.hxx>
 #include <GProp_GProps.hxx>
 #include <IGESControl_Reader.hxx>
 #include <Message.hxx>
@@ -16,16 +17,27 @@
 #include <TDataStd_Name.hxx>
 #include <TDocStd_Document.hxx>
 #include <TopExp_Explorer.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Vertex.hxx>
 #include <XCAFApp_Application.hxx>
 #include <XCAFDoc_ColorTool.hxx>
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
 // gtest after Open CASCADE: both have macros
 #include <gtest/gtest.h>
+#include <pwd.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
+#include <numbers>
+#include <random>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -68,8 +80,8 @@ std::vector<double> volumes_in(const fs::path& path) {
   return volumes;
 }
 
-geometry::Brep brep_of(const model::Expression& e) {
-  const Resolved r = resolved(e, {});
+geometry::Brep brep_of(const model::Expression& e, double coincidence = 1e-9) {
+  const Resolved r = resolved(e, {}, 0, coincidence);
   return geometry::brep_of(r.network.table, skin_of(r.network, r.batches, nullptr, true));
 }
 
@@ -115,6 +127,81 @@ TEST(Cad, HoldsRandomSolids) {
     ASSERT_NO_FATAL_FAILURE(expect_read_back(brep));
   }
   EXPECT_GT(rounds, 0);
+}
+
+/// The corners of the shapes in a file, each once, in ascending order.
+std::vector<std::array<double, 3>> corners_in(const fs::path& path) {
+  std::vector<std::array<double, 3>> corners;
+  for (TopExp_Explorer vertex(read(path), TopAbs_VERTEX); vertex.More(); vertex.Next()) {
+    const gp_Pnt p = BRep_Tool::Pnt(TopoDS::Vertex(vertex.Current()));
+    corners.push_back({p.X(), p.Y(), p.Z()});
+  }
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  return corners;
+}
+
+TEST(Cad, HoldsAllDigitsOfCorners) {
+  for (int round = 0; round < samples::rounds(10); ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto number = [&](double most) {
+      return std::uniform_real_distribution<double>(1e-3, 1)(random) * most;
+    };
+    const double size = std::pow(10, static_cast<int>(random() % 9) - 3);
+    const auto e =
+        model::transform(std::vector<double>{number(size), number(size), 0, number(size), 0, number(size),
+                                             number(size), -number(size), 0, 0, number(size), 0, 0, 0, 0, 1},
+                         model::cuboid(std::vector<double>{1, 1, 1}));
+    const geometry::Brep brep = brep_of(e);
+    auto corners = brep.points;
+    std::sort(corners.begin(), corners.end());
+    const samples::TemporaryFolder folder;
+    for (const char* name : {"solid.step", "solid.iges"}) {  // Open CASCADE gives .brep 15
+      SCOPED_TRACE(name);
+      ASSERT_TRUE(io::write_cad(folder.path() / name, brep, {}).empty());
+      ASSERT_EQ(corners_in(folder.path() / name), corners);
+    }
+  }
+}
+
+/// Prisms upon each other, one wider by a hair: between them is a ring that no program can cut.
+TEST(Cad, LeavesOutRingsThatAreLines) {
+  for (const double wider : {1e-11, -1e-11, 1e-13}) {
+    const auto upper = model::transform(std::vector<double>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 1},
+                                        model::cylinder(1, 3 + wider, 3 + wider, 12));
+    const auto e = model::unite({model::cylinder(1, 3, 3, 12), upper});
+    const geometry::Brep brep = brep_of(e, 0);
+    ASSERT_GT(brep.faces.size(), 14U);
+    ASSERT_NO_FATAL_FAILURE(expect_read_back(brep)) << wider;
+  }
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(Cad, FilesDoNotTellWhoWroteThem) {
+  const geometry::Brep brep = brep_of(at(0, 0, 0, 1));
+  const samples::TemporaryFolder folder;
+  for (const char* name : {"a.step", "a.iges", "a.brep"}) {
+    SCOPED_TRACE(name);
+    const auto written = [&](const char* user) {
+      ::setenv("USER", user, 1);
+      ::setenv("LOGNAME", user, 1);
+      EXPECT_TRUE(io::write_cad(folder.path() / name, brep, {}).empty());
+      return std::regex_replace(text_of(folder.path() / name),
+                                std::regex(R"(20\d{6}\.\d{6}|20\d\d-\d\d-\d\dT\d\d:\d\d:\d\d)"), "DATE");
+    };
+    const std::string text = written("mallory");
+    EXPECT_EQ(text, written("trudy"));
+    EXPECT_EQ(text.find("mallory"), std::string::npos);
+    if (const passwd* user = ::getpwuid(::getuid()); user != nullptr) {
+      EXPECT_FALSE(std::regex_search(text, std::regex("\\b" + std::string(user->pw_name) + "\\b"))) << text;
+    }
+  }
 }
 
 /// Of each product, by its name: how many solids, and what colour.
