@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "bsp2/geometry/support/counted.hpp"
@@ -455,9 +456,12 @@ class GltfReader {
     const std::filesystem::path file = decoded_uri(uri);
     const bool is_inside = !file.empty() && file.is_relative() && uri.find("://") == std::string::npos &&
                            file.lexically_normal().begin()->string() != "..";
-    if (!is_inside) fail(place + ".uri: names no file beside this one: '" + printable_name(uri) + "'");
+    const std::string shown = "'" + printable_name(uri.substr(0, 100)) + (uri.size() > 100 ? "...'" : "'");
+    if (!is_inside) fail(place + ".uri: names no file beside this one: " + shown);
     const std::filesystem::path other = path_.parent_path() / file;
-    if (!std::filesystem::is_regular_file(other)) fail(place + ".uri: there is no file " + other.string());
+    std::error_code error;  // such as that the name is too long, where a data: is damaged
+    if (!std::filesystem::is_regular_file(other, error))
+      fail(place + ".uri: there is no file " + shown + " beside this one");
     return read_text(other);
   }
 

@@ -187,7 +187,9 @@ std::string import_format_table() {
 }
 
 ImportedParts import_parts(const std::filesystem::path& path, const Fineness& fineness) {
-  if (!std::filesystem::is_regular_file(path)) throw Error("import: there is no file " + path.string());
+  std::error_code error;  // a name may be too long for the system
+  if (!std::filesystem::is_regular_file(path, error))
+    throw Error("import: there is no file " + path.string());
   const std::string ending = lower_ending(path);
   const Importer importer = importer_of(ending);
   if (importer == nullptr) throw Error("import: files named *" + ending + " are no meshes that are read");
