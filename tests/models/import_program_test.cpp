@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -88,7 +89,7 @@ class ReadAgain : public testing::Test {
 
 TEST_F(ReadAgain, RandomPartsInAllFormats) {
   const std::map<std::string, std::pair<double, bool>> formats{
-      {".step", {1e-9, true}}, {".iges", {1e-6, true}}, {".3mf", {1e-5, true}},  {".glb", {1e-5, true}},
+      {".step", {1e-9, true}}, {".iges", {1e-9, true}}, {".3mf", {1e-5, true}},  {".glb", {1e-5, true}},
       {".gltf", {1e-5, true}}, {".vtp", {1e-9, true}},  {".brep", {1e-9, false}}};
   for (int round = 0; round < samples::rounds(2); ++round) {
     const std::uint64_t seed = next_seed();
@@ -115,6 +116,28 @@ TEST_F(ReadAgain, RandomPartsInAllFormats) {
         }
         ASSERT_NEAR(b.at("volume").get<double>(), a.at("volume").get<double>(), precision * volume);
       }
+    }
+  }
+}
+
+/// Also where it touches a part, so that both are one: it does not take the part's name.
+TEST_F(ReadAgain, WhatBelongsToNoPartIsCalledThat) {
+  for (const int apart : {0, 1}) {
+    std::ofstream(path("model.csg")) << "part(name = \"lid\") cube([1, 1, 1]);\nmultmatrix([[1, 0, 0, "
+                                     << 1 + apart
+                                     << "], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) cube([1, 1, 1]);\n";
+    for (const std::string ending : {".3mf", ".glb", ".vtp", ".step"}) {
+      SCOPED_TRACE(ending);
+      report_of(path("model.csg"), "--boundary " + path("out" + ending));
+      std::set<std::string> names;
+      const nlohmann::json found = report_of(path("out" + ending));
+      for (const auto& part : found.at("parts")) names.insert(part.at("name"));
+      const bool are_one = apart == 0 && ending != ".step";
+      const std::set<std::string> both = {"lid", "no_part"};
+      EXPECT_TRUE(are_one ? names.size() == 1 &&
+                                (names.contains("lid + no_part") || names.contains("no_part + lid"))
+                          : names == both)
+          << testing::PrintToString(names);
     }
   }
 }

@@ -157,8 +157,11 @@ void read(const ReadRequest& request, PartsWriter& writer) {
       part.colour.reset();
       ++many_coloured;
     }
-    writer.part(is_named ? used.once(printable_name(names->GetValue(number))) : "",
-                part.colour ? &*part.colour : nullptr, part.points, part.triangles);
+    const std::string name = is_named           ? std::string(names->GetValue(number))
+                             : names != nullptr ? "no_part"
+                                                : "";
+    writer.part(used.once(printable_name(name)), part.colour ? &*part.colour : nullptr, part.points,
+                part.triangles);
   }
   if (passed_over > 0)
     writer.text(PartsStream::Record::note,
