@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "nodes.hpp"
+#include "released.hpp"
 
 namespace bsp2::python {
 namespace {
@@ -87,38 +88,6 @@ class Listener {
     return asks_to || error_.has_value();
   }
 };
-
-/// Python's other threads go on, and what the library does ends when a signal wants to be raised.
-class Released {
- public:
-  Released() : stoppable_(is_over) {}
-  /// What came when all was done is raised by Python itself.
-  ~Released() {
-    if (!raised || std::uncaught_exceptions() > exceptions_) return;
-    const py::gil_scoped_acquire gil;
-    raised.reset();
-    PyErr_SetInterrupt();
-  }
-  Released(const Released&) = delete;
-  Released& operator=(const Released&) = delete;
-
-  /// Of a call that has ended by it, until its exception is translated.
-  static thread_local std::optional<py::error_already_set> raised;
-
- private:
-  int exceptions_ = std::uncaught_exceptions();
-  const py::gil_scoped_release nothing_of_python_;
-  const Stoppable stoppable_;
-
-  static bool is_over() {
-    if (raised) return true;
-    const py::gil_scoped_acquire gil;
-    if (PyErr_CheckSignals() == 0) return false;
-    raised.emplace();
-    return true;
-  }
-};
-thread_local std::optional<py::error_already_set> Released::raised;
 
 template <typename Number>
 std::optional<Number> optional_of(const py::dict& given, const char* name) {

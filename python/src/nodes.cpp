@@ -2,6 +2,8 @@
 
 #include <optional>
 
+#include "released.hpp"
+
 namespace bsp2::python {
 namespace {
 
@@ -371,13 +373,13 @@ void add_nodes(py::module_& m) {
   add_expression(m);
   add_primitives(m);
   add_constructs(m);
-  m.def("load", &load, arg("path"), py::call_guard<py::gil_scoped_release>(),
+  m.def("load", &load, arg("path"), py::call_guard<Released>(),
         "What a file holds: a model (.csg, .scad), a mesh (.stl, .off, .obj, .ply, .3mf, .amf, .glb, .gltf, "
         ".vtp, "
         ".msh), the solids of a CAD program (.step, .iges, .brep) or a drawing (.dxf, .svg).");
   m.def(
       "parse", [](const std::string& text, const std::string& name) { return parse(text, name); },
-      arg("text"), arg("name") = "model", py::call_guard<py::gil_scoped_release>(),
+      arg("text"), arg("name") = "model", py::call_guard<Released>(),
       "A model in the language of .csg files. name: what it is called in messages; relative paths in it are "
       "found from its folder.");
 }

@@ -128,7 +128,7 @@ TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
   expect_refused(
       "rotate_extrude($fn = 4000) { multmatrix([[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) {"
       "circle($fn = 4000, r = 1); } }",
-      "4000 segments of 4000 edges; the limit");
+      "4,000 segments of 4,000 edges; the limit");
   std::string huge = "cube();";
   for (int i = 0; i < 3; ++i)
     huge = "multmatrix([[1e200,0,0,0],[0,1e200,0,0],[0,0,1e200,0],[0,0,0,1]]) {" + huge + "}";

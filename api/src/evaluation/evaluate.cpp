@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -96,6 +97,20 @@ class Told {
   supersteps::Ranks& ranks_;
 };
 
+/// What one rank alone does ends wherever it is, as long as this lives; several agree on it where they meet.
+/// What is asked once to end is so to the end.
+class InterruptedAlone {
+ public:
+  InterruptedAlone(const supersteps::Ranks& ranks, supersteps::RunOptions& run) {
+    if (ranks.count() > 1) return;
+    if (run.interrupted) interruption_.emplace(run.interrupted);
+    run.interrupted = geometry::Interruption::is_wanted;  // by this, or by a Stoppable around it
+  }
+
+ private:
+  std::optional<geometry::Interruption> interruption_;
+};
+
 /// How long ranks wait for each other, as long as this lives.
 class Patience {
  public:
@@ -148,15 +163,14 @@ Result found(supersteps::RunOptions run, const Options& options, const Ranks& ra
   const Patience patience(all, options.timeout);
   const Told told(all, run, options.progress);
   all.restart();
-  const geometry::Interruption interruption(options.stop);
+  const InterruptedAlone interruption(all, run);
   try {
     all.together([&] {
       all.agree([&] { check_files(run); });
       made->result = supersteps::run(run, all);
       if (options.contacts) gather_contacts(all, made->result);
     });
-  } catch (const Error&) {
-    if (all.count() > 1 || !geometry::Interruption::is_wanted()) throw;
+  } catch (const geometry::Interrupted&) {
     made->result = {};  // before there was anything to show
     made->result.report.interrupted = true;
   }
@@ -225,7 +239,7 @@ std::vector<std::string> draw(const Expression& expression, const std::vector<st
     supersteps::Ranks& all = ranks.implementation()->ranks;
     const Patience patience(all, options.timeout);
     const Told progress(all, run, options.progress);
-    const geometry::Interruption interruption(options.stop);
+    const InterruptedAlone interruption(all, run);
     all.restart();
     all.together([&] {
       const supersteps::RunResult result = supersteps::run(run, all);

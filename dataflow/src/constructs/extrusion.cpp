@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 
@@ -335,8 +336,8 @@ Expression revolve_outline(const Outline& given, double start, double angle, std
   std::uint64_t edges = 0;
   for (const auto& path : given) edges += path.size();
   if (edges * segments > model::max_sphere_facets)
-    throw Error("rotate_extrude: " + std::to_string(segments) + " segments of " + std::to_string(edges) +
-                " edges; the limit is " + std::to_string(model::max_sphere_facets) +
+    throw Error("rotate_extrude: " + counted(segments, "# segment[s] of ") + counted(edges, "# edge[s]") +
+                "; the limit is " + grouped(model::max_sphere_facets) +
                 " facets in all: give a larger $fs or a smaller $fn");
   const Outline outline = straightened(given);
   // Parts of a turn are convex up to 180 degrees. A whole turn with less than three segments is flat.

@@ -311,7 +311,7 @@ class EdgeMaker {
       else if (!close(use))
         closing.push_back(use);  // by one that follows, around the edge
     }
-    if (!std::ranges::all_of(closing, close)) return false;
+    if (!std::ranges::all_of(closing, close) || pairs.size() != uses.size()) return false;
     std::ranges::copy(pairs, uses.begin());
     return true;
   }

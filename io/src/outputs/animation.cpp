@@ -74,9 +74,8 @@ class Apng final : public Animation {
     if (head != head_) throw std::logic_error("pictures of an animation differ in size");
     // Number, width and height, the place, how long it is shown; it stays until the next one, which replaces
     // it.
-    const auto milliseconds = static_cast<std::uint32_t>(std::clamp(std::lround(1000 / rate_), 1L, 65535L));
     body_ += chunk("fcTL", big_endian(sequence_++) + head.substr(0, 8) + big_endian(0) + big_endian(0) +
-                               big_endian(milliseconds, 2) + big_endian(1000, 2) + std::string(2, '\0'));
+                               duration() + std::string(2, '\0'));
     body_ += frames_++ == 0 ? chunk("IDAT", data) : chunk("fdAT", big_endian(sequence_++) + data);
   }
 
@@ -88,6 +87,15 @@ class Apng final : public Animation {
  private:
   fs::path path_;
   double rate_;
+  /// Of a picture, in seconds: a fraction of two numbers of two bytes.
+  [[nodiscard]] std::string duration() const {
+    const auto bytes = [](double number) {
+      return big_endian(static_cast<std::uint32_t>(std::lround(number)), 2);
+    };
+    if (rate_ < 1) return bytes(100 / rate_) + bytes(100);
+    const double whole = rate_ < 600 ? 100 : 10;
+    return bytes(whole) + bytes(whole * rate_);
+  }
   std::string head_, body_;
   std::uint32_t sequence_ = 0, frames_ = 0;
 };
@@ -113,6 +121,9 @@ class Ffmpeg final : public Animation {
       : path_(std::move(path)), part_(path_.string() + ".part" + path_.extension().string()) {
     std::array<int, 2> pipe{};
     if (::pipe2(pipe.data(), O_CLOEXEC) != 0) fail(std::generic_category().message(errno));
+    posix_spawnattr_t apart;  // signals of the terminal are for us
+    posix_spawnattr_init(&apart);
+    posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETPGROUP);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, pipe[0], STDIN_FILENO);
@@ -123,12 +134,13 @@ class Ffmpeg final : public Animation {
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
-    const int error = ::posix_spawn(&process_, program.c_str(), &actions, nullptr, arguments.data(), environ);
+    const int error = ::posix_spawn(&process_, program.c_str(), &actions, &apart, arguments.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
+    posix_spawnattr_destroy(&apart);
     ::close(pipe[0]);
     pipe_ = pipe[1];
     if (error != 0) {
-      process_ = 0;
+      ::close(pipe_);
       fail("ffmpeg cannot be started: " + std::generic_category().message(error));
     }
   }

@@ -20,12 +20,17 @@ unsigned most_level_of(const supersteps::SolidMesh& mesh) {
 }  // namespace
 
 void draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
-               const supersteps::RunResult& result, unsigned threads, const std::filesystem::path& path) {
+               const supersteps::RunResult& result, unsigned threads,
+               const std::function<bool()>& interrupted, const std::filesystem::path& path) {
   if (result.mesh.dimension != 3)
     throw Error("an animation is of solids of dimension 3, not " + std::to_string(result.mesh.dimension));
   const unsigned most_level = most_level_of(result.mesh);
   const auto animation = io::Animation::begin(path, film.rate);
   unsigned done = 0;
+  const auto check = [&] {
+    if (interrupted && interrupted()) throw Error("interrupted");
+  };
+  check();
   geometry::MadeAhead<std::string>::run(
       film.count, threads,
       [&](std::size_t i, std::string& picture) {
@@ -35,6 +40,7 @@ void draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
         picture = supersteps::render(alone, result, of_this);
       },
       [&](const std::string& picture) {
+        check();
         animation->add(picture);
         if (view.on_progress) view.on_progress(static_cast<double>(++done) / film.count);
       });

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "bsp2/supersteps/render/rendering.hpp"
 #include "options/film_options.hpp"
@@ -9,8 +10,10 @@ namespace bsp2::jobs {
 
 /// Draws the pictures of an animation and writes it. Not collective: of a result whose cells this process
 /// has.
-/// @param threads that draw. @throws bsp2::Error as `supersteps::render` and `io::Animation`.
+/// @param threads that draw. @param interrupted asked after each picture: true ends it without a file.
+/// @throws bsp2::Error as `supersteps::render` and `io::Animation`.
 void draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
-               const supersteps::RunResult& result, unsigned threads, const std::filesystem::path& path);
+               const supersteps::RunResult& result, unsigned threads,
+               const std::function<bool()>& interrupted, const std::filesystem::path& path);
 
 }  // namespace bsp2::jobs

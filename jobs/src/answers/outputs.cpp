@@ -182,7 +182,8 @@ void draw_picture(const RunCommand& command, supersteps::RunResult& result, supe
   if (command.film)
     return ranks.agree([&] {
       if (ranks.is_master())
-        draw_film(*command.film, command.view, result, result.report.threads, *command.picture);
+        draw_film(*command.film, command.view, result, result.report.threads, command.options.interrupted,
+                  *command.picture);
     });
   auto at_eye = geometry::Label::out;
   const std::string picture = supersteps::render(ranks, result, command.view, &at_eye);

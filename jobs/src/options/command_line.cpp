@@ -340,6 +340,7 @@ void set_pictures(RunCommand& command, const Raw& raw) {
   if (!raw.picture.empty()) command.picture = raw.picture;
   if (!raw.rendered.empty()) command.picture = raw.rendered;
   if (!raw.rendered.empty()) command.film = film_command(raw.film, raw.view.explode, raw.rendered);
+  if (command.film) command.options.collect = supersteps::Collect::master;  // which draws it
   if (!command.film && raw.view.explode.find(':') != std::string::npos)
     throw Error("--explode: a range is for animations, which 'bsp2 render' makes; here it is one number");
   if (command.picture && !command.film)

@@ -54,6 +54,9 @@ std::vector<FilmCommand::Stand> path_in(const fs::path& file) {
                   "that is not the middle");
     path.push_back({{x[0], x[1], x[2]}, {}});
     if (x.size() == 6) path.back().look = {x[3], x[4], x[5]};
+    if (path.back().look == path.back().eye)
+      throw Error(file.string() + ":" + std::to_string(number) +
+                  ": the eye is where it looks: the picture needs a direction");
   }
   if (path.empty()) throw Error("--path: '" + file.string() + "' holds no camera");
   return path;
@@ -138,7 +141,7 @@ supersteps::PictureOptions view_of(const FilmCommand& film, supersteps::PictureO
                                    unsigned most_level) {
   const double t = film.count > 1 ? static_cast<double>(i) / (film.count - 1) : 1;
   view.format = supersteps::PictureFormat::png;
-  view.fits_ball = true;
+  view.ball = 1 + (film.explode ? std::max((*film.explode)[0], (*film.explode)[1]) : view.explode);
   if (film.turns) view.turn = 360.0 * i / film.count;
   if (!film.path.empty()) stand(view, film.path, t);
   if (film.explode) view.explode = (*film.explode)[0] + t * ((*film.explode)[1] - (*film.explode)[0]);

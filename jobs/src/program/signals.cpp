@@ -19,14 +19,15 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler takes no
 constexpr std::string_view in_midst =
     "bsp2: interrupted; ending once what there is has been written, or at once if interrupted again\n";
 
-void put(std::string_view text) {
-  [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
-}
-
-/// In the place of what stands on the line: a bar of progress, and the terminal's ^C.
+/// In the place of what stands on the line: a bar of progress, and the terminal's ^C. At once, as others
+/// write, too.
 void say(std::string_view text) {
-  if (is_terminal) put("\r\033[K");
-  put(text);
+  constexpr std::string_view clear = "\r\033[K";
+  std::array<char, 1024> all;
+  std::size_t size = 0;
+  for (const std::string_view part : {is_terminal ? clear : std::string_view(), text})
+    for (const char c : part.substr(0, all.size() - size)) all[size++] = c;
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, all.data(), size);
 }
 
 /// As long as nobody has asked, nothing has been computed that could be saved.

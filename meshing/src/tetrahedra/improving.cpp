@@ -121,8 +121,8 @@ class Shaping {
           for (std::size_t axis = 0; axis < 3; ++axis) to[axis] += side * across[axis];
           if (!(length > 0) || !editor_.nudge(p, to)) continue;
           if (editor_.kind(p) != Editor::inside) {
+            if (moved_at(p) == 0) ++report_.moved_points;
             set_moved(p, moved_at(p) + length);
-            ++report_.moved_points;
             report_.largest_move = std::max(report_.largest_move, moved_at(p));
           }
           return true;

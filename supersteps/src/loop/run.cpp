@@ -11,6 +11,7 @@
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "loop/asking.hpp"
 #include "loop/measuring.hpp"
 #include "loop/progress.hpp"
@@ -388,6 +389,7 @@ std::optional<RunResult> run_without_cells(Ranks& ranks, const dataflow::Network
   if (!options.surface_only || needs_cells || !dataflow::has_plain_facets(network)) return std::nullopt;
   std::optional<RunResult> result;
   if (const auto failed = attempt(ranks, [&] { result = tracing(ranks, network, options, report); })) {
+    if (geometry::Interruption::is_wanted()) throw geometry::Interrupted();
     report.notes.push_back("the surface could not be found without cells (" + failed->text +
                            "), so cells were made");
     return std::nullopt;
@@ -608,7 +610,11 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
     for (std::string& warning : late_warnings(result.report, why_empty(source, options, result.report)))
       result.report.warnings.push_back(std::move(warning));
   }
-  if (ranks.is_master()) result.report.measures = measuring(source.model.expression, options, result.report);
+  try {
+    if (ranks.is_master())
+      result.report.measures = measuring(source.model.expression, options, result.report);
+  } catch (const geometry::Interrupted&) {  // what is there already stays
+  }
   record_costs(ranks, result.report);
   return result;
 }

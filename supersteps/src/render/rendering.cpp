@@ -226,11 +226,14 @@ class Painter {
   /// What of a cell is on the near side of a section, and its cut.
   void paint_cut_cell(const CellBatch& batch, std::size_t cell, const PictureSection& section,
                       const Vector& shift, const Ink& ink) {
-    bool is_kept = false, is_cut_off = false;
-    for (std::size_t v = 0; v < batch.point_count(cell); ++v)
-      (is_left(point_of(batch, cell, v), section) ? is_kept : is_cut_off) = true;
-    if (!is_cut_off) return paint_cell(batch, cell, shift, ink);
+    bool is_kept = false, is_cut_off = false;  // one that touches the section is on one side of it
+    for (std::size_t v = 0; v < batch.point_count(cell); ++v) {
+      const double x = point_of(batch, cell, v)[static_cast<std::size_t>(section.axis)];
+      is_kept = is_kept || (section.keeps_upper ? x > section.at : x < section.at);
+      is_cut_off = is_cut_off || (section.keeps_upper ? x < section.at : x > section.at);
+    }
     if (!is_kept) return;
+    if (!is_cut_off) return paint_cell(batch, cell, shift, ink);
     std::vector<Vector> polygon, cut;
     for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
       polygon.clear();
@@ -470,9 +473,9 @@ Extent extent_of(Ranks& ranks, const RunResult& result, const PictureOptions& op
     for (const Vector& corner : box.corners()) extent.add(camera, corner);
     return extent;
   }
-  if (options.fits_ball && !shown.is_empty()) {
+  if (options.ball > 0 && !shown.is_empty()) {
     const Vector across = difference(shown.high, shown.low);
-    extent.add_ball(camera, shown.middle(), (1 + options.explode) * std::sqrt(dot(across, across)) / 2);
+    extent.add_ball(camera, shown.middle(), options.ball * std::sqrt(dot(across, across)) / 2);
     return extent;
   }
   for (const auto& batch : result.mesh.batches)

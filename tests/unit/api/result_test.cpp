@@ -214,6 +214,7 @@ TEST(ApiResult, KeepsCellsWhoseSurfaceIsNotWaitedFor) {
                                              },
                                          .stop = [&] { return is_looked_for.load(); }});
   EXPECT_FALSE(result.is_interrupted());
+  EXPECT_NE(result.report().find("interrupted"), std::string::npos);
   EXPECT_EQ(result.digest(), evaluate(model).digest());
   EXPECT_EQ(result.surface().digest, evaluate(model, {.surface = true}).surface().digest);
 }
@@ -235,6 +236,7 @@ TEST(ApiResult, EndsWhateverIsAskedOfItAndCanBeAskedAgain) {
   EXPECT_TRUE(is_ended([&] { (void)result.surface(); }));
   EXPECT_TRUE(is_ended([&] { (void)result.contacts(); }));
   EXPECT_TRUE(is_ended([&] { (void)result.solver_mesh({.size = 4}); }));
+  EXPECT_FALSE(is_ended([&] { EXPECT_TRUE(evaluate(model).is_interrupted()); }));
   EXPECT_FALSE(is_ended([&] { (void)result.cells(); }));
   const Result untouched = evaluate(model, {.surface = true});
   EXPECT_EQ(result.surface().digest, untouched.surface().digest);

@@ -22,6 +22,9 @@ namespace fs = std::filesystem;
 using std::string;
 
 TEST(Counted, SaysOneAndMany) {
+  EXPECT_EQ(grouped(-123), "-123");
+  EXPECT_EQ(grouped(-1234567LL), "-1,234,567");
+  EXPECT_EQ(counted(-1, "# edge[s]"), "-1 edges");
   EXPECT_EQ(counted(0, "# edge[s] [is|are] open"), "0 edges are open");
   EXPECT_EQ(counted(1, "# edge[s] [is|are] open"), "1 edge is open");
   EXPECT_EQ(counted(2, "# edge[s] [is|are] open"), "2 edges are open");

@@ -103,7 +103,7 @@ TEST(Animation, ApngHoldsItsPicturesInOrder) {
     const Chunk &control = chunks[2 + 2 * i], &data = chunks[3 + 2 * i];
     EXPECT_EQ(control,
               (Chunk{"fcTL", text_of(sequence++) + text_of(30) + text_of(20) + text_of(0) + text_of(0) +
-                                 std::string("\0\x32\x03\xe8\0\0", 6)}));  // 50 / 1000 of a second
+                                 std::string("\0\x64\x07\xd0\0\0", 6)}));  // 100 / 2000 of a second
     if (i == 0) {
       EXPECT_EQ(data, (Chunk{"IDAT", pictures[i]}));
     } else {

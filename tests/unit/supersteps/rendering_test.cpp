@@ -110,7 +110,7 @@ TEST(Rendering, SectionsAreFilled) {
   const auto [cells, tree] = box_of_cells(500);
   std::mt19937 random(5);
   for (int round = 0; round < 12; ++round) {
-    PictureOptions options{.width = 200, .height = 200, .fits_ball = true};
+    PictureOptions options{.width = 200, .height = 200, .ball = 1};
     options.section = {round % 3, 0.5 + static_cast<double>(random() % 9), round % 2 == 0};
     options.turn = static_cast<double>(random() % 360);
     const Image expected = decode(render(whole, leaf, options)), seen = decode(render(cells, tree, options));
@@ -124,7 +124,10 @@ TEST(Rendering, SectionsAreFilled) {
     options.section.reset();
     EXPECT_NE(decode(render(whole, leaf, options)).pixels, expected.pixels) << round;
   }
-  // Nothing is left, or all.
+  // Nothing is left, or all; what only touches the section is not.
+  PictureOptions end{.width = 50, .height = 50, .section = PictureSection{0, 10, true}};
+  EXPECT_EQ(decode(render(cells, tree, end)).pixels,
+            std::vector<std::uint32_t>(2500, decode(render(cells, tree, end)).pixels[0]));
   PictureOptions none{.width = 50, .height = 50, .section = PictureSection{0, 10.5, true}};
   const Image empty = decode(render(cells, tree, none));
   EXPECT_EQ(std::count(empty.pixels.begin(), empty.pixels.end(), empty.pixels[0]), 2500);
@@ -137,7 +140,7 @@ TEST(Rendering, AQuarterTurnShowsTheNextSide) {
   // A box that looks the same from its four sides, but for the light; the scale stays.
   const auto [whole, leaf] = box_of_cells(1);
   const auto silhouette = [&](double turn, std::optional<std::array<double, 3>> eye) {
-    PictureOptions options{.width = 150, .height = 150, .eye = eye, .turn = turn, .fits_ball = true};
+    PictureOptions options{.width = 150, .height = 150, .eye = eye, .turn = turn, .ball = 1};
     const Image image = decode(render(whole, leaf, options));
     int covered = 0;
     for (const std::uint32_t pixel : image.pixels) covered += pixel != image.pixels[0];

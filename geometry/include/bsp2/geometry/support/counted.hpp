@@ -10,9 +10,11 @@
 namespace bsp2 {
 
 /// With commas between thousands: 12,345.
-inline std::string grouped(std::uint64_t number) {
+template <std::integral Number>
+std::string grouped(Number number) {
   std::string digits = std::to_string(number);
-  for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, 1, ',');
+  const std::size_t sign = digits.starts_with('-') ? 1 : 0;
+  for (std::size_t at = digits.size(); at > 3 + sign; at -= 3) digits.insert(at - 3, 1, ',');
   return digits;
 }
 
@@ -39,7 +41,7 @@ std::string counted(Count count, std::string_view sentence) {
   std::string text;
   for (std::size_t at = 0; at < sentence.size(); ++at) {
     if (sentence[at] == '#') {
-      text += grouped(static_cast<std::uint64_t>(count));
+      text += grouped(count);
     } else if (sentence[at] == '[') {
       const std::size_t end = sentence.find(']', at);
       text += detail::form_for(count == 1, sentence.substr(at + 1, end - at - 1));

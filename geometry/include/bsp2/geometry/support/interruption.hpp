@@ -23,7 +23,7 @@ class Interruption {
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;
 
-  /// Whether the work of this thread is to end.
+  /// Whether the work of this thread is to end. Once it is, it stays so.
   [[nodiscard]] static bool is_wanted();
   /// For loops: each round some microseconds long or more. @throws Interrupted if the work is to end.
   static void check() {

@@ -18,12 +18,17 @@ namespace bsp2::geometry {
 template <typename Work>
 void for_each_range(std::size_t count, std::size_t grain, unsigned threads, const Work& work) {
   std::atomic<std::size_t> next = 0;
-  std::atomic<bool> is_over = false;
+  std::atomic<bool> is_over = false;  // also for the others, where one has failed
   const auto take_ranges = [&](bool is_caller) {
-    for (std::size_t first; !is_over.load(std::memory_order_relaxed) &&
-                            (first = next.fetch_add(grain, std::memory_order_relaxed)) < count;) {
-      work(first, std::min(first + grain, count));
-      if (is_caller && Interruption::is_wanted()) is_over = true;
+    try {
+      for (std::size_t first; !is_over.load(std::memory_order_relaxed) &&
+                              (first = next.fetch_add(grain, std::memory_order_relaxed)) < count;) {
+        work(first, std::min(first + grain, count));
+        if (is_caller) Interruption::check();
+      }
+    } catch (...) {
+      is_over = true;
+      throw;
     }
   };
   const std::size_t ranges = (count + grain - 1) / grain;
@@ -32,7 +37,6 @@ void for_each_range(std::size_t count, std::size_t grain, unsigned threads, cons
     others.start([&] { take_ranges(false); }, Threads::Begin::elsewhere);
   take_ranges(true);
   others.join();
-  if (is_over) throw Interrupted();
 }
 
 /// Items 0 ... count - 1 that some threads make ahead, while the one that calls uses them in their order. Few

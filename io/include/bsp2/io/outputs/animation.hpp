@@ -16,8 +16,8 @@ namespace bsp2::io {
 /// process of its own. The file is there when it is complete. Thread rule: one thread at a time.
 class Animation {
  public:
-  /// @param rate pictures a second. @throws bsp2::Error if the ending names no animation, or ffmpeg is not
-  /// there.
+  /// @param rate pictures a second, 0.01 to 1000. @throws bsp2::Error if the ending names no animation, or
+  /// ffmpeg is not there.
   static std::unique_ptr<Animation> begin(const std::filesystem::path& path, double rate);
   /// An error of what it would need; nothing is written yet. @throws bsp2::Error likewise.
   static void check(const std::filesystem::path& path);

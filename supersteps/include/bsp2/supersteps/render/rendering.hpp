@@ -51,9 +51,9 @@ struct PictureOptions {
   double explode = 0;
   /// The viewer goes so many degrees around the vertical line through what is looked at, to the right. D = 3.
   double turn = 0;
-  /// The picture is as wide as the ball around the solid's bounds, so that pictures of several turns and
-  /// sections are at one scale.
-  bool fits_ball = false;
+  /// Above 0: the picture is as wide as the ball around the solid's bounds, so many times as large: pictures
+  /// of several turns, sections and explosions are at one scale then.
+  double ball = 0;
   std::optional<PictureSection> section;  ///< D = 3, from an eye outside the solid
   std::optional<unsigned> most_level;     ///< cells that more cuts made are not drawn
   Bounds bounds;  ///< what the picture is made to show; empty: what there is to be drawn
