@@ -170,7 +170,8 @@ Result found(supersteps::RunOptions run, const Options& options, const Ranks& ra
       made->result = supersteps::run(run, all);
       if (options.contacts) gather_contacts(all, made->result);
     });
-  } catch (const geometry::Interrupted&) {
+  } catch (const Error&) {  // places in the model may have been put before it
+    if (!geometry::Interruption::is_over()) throw;
     made->result = {};  // before there was anything to show
     made->result.report.interrupted = true;
   }

@@ -14,6 +14,8 @@ Interruption::Interruption(std::function<bool()> asked)
 
 Interruption::~Interruption() { innermost = outer_; }
 
+bool Interruption::is_over() { return innermost != nullptr && innermost->is_over_; }
+
 bool Interruption::is_wanted() {
   constexpr std::chrono::milliseconds seldom(50);
   Interruption* const own = innermost;

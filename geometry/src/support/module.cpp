@@ -52,8 +52,8 @@ void check_length(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   const std::uint64_t whole = length_by_header(file);
   if (!unknown && length < whole)
-    refuse("'" + path.string() + "'", "it is cut off: " + counted(length, "# byte[s] of ") +
-                                          std::to_string(whole) + " are there; build or install it again");
+    refuse("'" + path.string() + "'", "it is cut off: " + counted(length, "# byte[s] of ") + grouped(whole) +
+                                          " are there; build or install it again");
 }
 
 /// The shared library that this is a part of; empty in a program.

@@ -205,7 +205,12 @@ TEST(ApiResult, EndsWhenAsked) {
 }
 
 TEST(ApiResult, KeepsCellsWhoseSurfaceIsNotWaitedFor) {
-  const Expression model = load(examples + "mechanical_piece.csg");
+  std::vector<Expression>
+      balls;  // whose surface takes some tenths of a second: who ends it is asked now and then
+  for (int i = 0; i < 80; ++i)
+    balls.push_back(
+        sphere(1, {.fn = 24}).translate({1.3 * (i % 5) + 0.01 * i, 1.3 * (i / 5 % 4), 1.3 * (i / 20)}));
+  const Expression model = unite(balls);
   std::atomic<bool> is_looked_for = false;
   const Result result = evaluate(model, {.surface = true,
                                          .progress =

@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -85,7 +86,7 @@ TEST_F(Modules, ThatAreCutOffAreRefused) {
     const std::string message = refusal([&] { load_module("bsp2-vtk", folder_.path(), module_layout); });
     EXPECT_TRUE(message.starts_with("cannot load '" + path.string() + "': ")) << length << ": " << message;
     if (length >= 100) {
-      EXPECT_NE(message.find("cut off: " + std::to_string(length) + " bytes of " + std::to_string(whole)),
+      EXPECT_NE(message.find("cut off: " + grouped(length) + " bytes of " + grouped(whole)),
                 std::string::npos)
           << message;
     }

@@ -269,7 +269,8 @@ TEST(Msh, TellsWhatIsWrongAndWhere) {
             std::string::npos);
   EXPECT_NE(message_of(version_2("1\n1 2 2 0 1 1 2 99\n")).find("an element names node 99"),
             std::string::npos);
-  EXPECT_NE(message_of(version_2("99999999999\n")).find("tells of 99,999,999,999 elements"), std::string::npos);
+  EXPECT_NE(message_of(version_2("99999999999\n")).find("tells of 99,999,999,999 elements"),
+            std::string::npos);
   EXPECT_NE(message_of(version_2("1\n1 77 2 0 1 1\n")).find("elements of type 77"), std::string::npos);
   EXPECT_NE(message_of(version_2("1\n1 1 2 0 1 1 2\n")).find("no triangles"), std::string::npos);
 }

@@ -25,6 +25,8 @@ class Interruption {
 
   /// Whether the work of this thread is to end. Once it is, it stays so.
   [[nodiscard]] static bool is_wanted();
+  /// Whether it has been told so. Asks nobody.
+  [[nodiscard]] static bool is_over();
   /// For loops: each round some microseconds long or more. @throws Interrupted if the work is to end.
   static void check() {
     if (is_wanted()) throw Interrupted();
