@@ -117,7 +117,7 @@ function(bsp2_room name)
     # What the room is given later on as well.
     target_include_directories(${target} PRIVATE $<TARGET_PROPERTY:bsp2_${name},INCLUDE_DIRECTORIES>)
     target_compile_definitions(${target} PRIVATE $<TARGET_PROPERTY:bsp2_${name},COMPILE_DEFINITIONS>)
-    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:${BSP2_COLD}>)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Og>)
     target_sources(bsp2_${name} PRIVATE $<TARGET_OBJECTS:${target}>)
   endif()
 endfunction()
