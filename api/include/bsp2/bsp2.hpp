@@ -349,9 +349,9 @@ struct Options {
   std::optional<double> timeout;  ///< after which a silent rank ends all, in seconds; of this evaluation
   /// Told about ten times a second, on the master, by the thread that evaluates.
   std::function<void(const Progress&)> progress;
-  /// Asked some hundred times a second, by the thread that evaluates (on each rank): true ends the evaluation
-  /// soon. The result is then not complete, and has no cells; a snapshot has what there is. If it comes while
-  /// the surface is found, the cells are there, and the surface is not.
+  /// Asked up to twenty times a second, on several ranks more often, by the thread that evaluates (on each
+  /// rank): true ends the evaluation soon. The result is then not complete, and has no cells; a snapshot has
+  /// what there is. If it comes while the surface is found, the cells are there, and the surface is not.
   std::function<bool()> stop;
 };
 
