@@ -12,6 +12,7 @@
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
+#include "compile/facet_corners.hpp"
 #include "compile/resolve.hpp"
 #include "lowering/lowering.hpp"
 #include "lowering/shapes.hpp"
@@ -373,7 +374,13 @@ class Compiler {
         make_empty(producer);
     }
     std::vector<std::size_t> meshes;  // the producers that are meshes
-    const std::vector<OrientedHyperplane> codes = table.merge(options_.coincidence, options_.threads);
+    std::vector<OrientedHyperplane> codes = table.merge(options_.coincidence, options_.threads);
+    const auto facets_of = [&]<int E = D>(std::size_t i) requires(E == 3) {
+      const Shape<3>& shape = shapes_[shape_of_[i]];
+      return MergedFacets{*shape.mesh, placement(i).matrix(), map_of[i], shape.first_covector,
+                          std::span(codes).subspan(first_occurrence[i], shape.covector_count)};
+    };
+    if constexpr (D == 3) keep_corners(network, facets_of);
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
       Producer<D>& producer = network.producers[i];
       if (producer.is_empty()) continue;
@@ -422,15 +429,36 @@ class Compiler {
       }
       add_half_spaces(network, producer, own);
     }
-    if constexpr (D == 3) {
-      const auto facets_of = [&](std::size_t i) {
-        return std::span(codes.data() + first_occurrence[i], shapes_[shape_of_[i]].covector_count);
-      };
-      place_meshes(network, meshes, facets_of);
-    }
+    if constexpr (D == 3) place_meshes(network, meshes, facets_of);
   }
 
-  /// @param producers that are meshes. @param facets_of the half-spaces of a producer.
+  /// Of merging, as a length.
+  [[nodiscard]] double tolerance_in(const Network<D>& network) const {
+    return options_.coincidence * network.table.width();
+  }
+
+  /// Takes merging back where corners of meshes would move. @param facets_of those of a producer that is a
+  /// mesh.
+  template <typename FacetsOf>
+  void keep_corners(Network<3>& network, const FacetsOf& facets_of) const {
+    if (!(options_.coincidence > 0)) return;
+    std::vector<std::size_t> meshes;
+    for (std::size_t i = 0; i < network.producers.size(); ++i)
+      if (const auto& mesh = shapes_[shape_of_[i]].mesh;
+          mesh && !mesh->convex && !network.producers[i].is_empty())
+        meshes.push_back(i);
+    const double tolerance = tolerance_in(network);
+    std::vector<char> stays(meshes.size());
+    geometry::for_each_range(meshes.size(), 16, options_.threads, [&](std::size_t first, std::size_t end) {
+      for (std::size_t k = first; k < end; ++k)
+        stays[k] = FacetCorners(network.table, facets_of(meshes[k]), tolerance).stay() ? 1 : 0;
+    });
+    HyperplaneTable<3>::Apart apart(network.table);
+    for (std::size_t k = 0; k < meshes.size(); ++k)
+      if (stays[k] == 0) FacetCorners(network.table, facets_of(meshes[k]), tolerance).keep(apart);
+  }
+
+  /// @param producers that are meshes. @param facets_of those of a producer.
   template <typename FacetsOf>
   void place_meshes(Network<3>& network, const std::vector<std::size_t>& producers,
                     const FacetsOf& facets_of) const {
@@ -442,7 +470,9 @@ class Compiler {
             const std::size_t i = producers[k];
             const Shape<3>& shape = shapes_[shape_of_[i]];
             placed[k] = place_mesh(*shape.mesh, lowered_.occurrences[i].placement.matrix(),
-                                   network.table.grid_exponent(), facets_of(i));
+                                   network.table.grid_exponent(), facets_of(i).planes);
+            if (options_.coincidence > 0)
+              placed[k]->moved = FacetCorners(network.table, facets_of(i), tolerance_in(network)).moved();
           }
         });
     network.meshes.reserve(placed.size());

@@ -234,14 +234,30 @@ bool MeshProducer::is_on(std::uint32_t corner, HyperplaneId id) const {
   return found;
 }
 
+/// Whether a point is in the cell, and on the same side of the facets as the cell is of the hyperplanes that
+/// represent them.
 bool MeshProducer::is_inside(const Point& point, const geometry::Cell<3>& cell) const {
   for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
     const OrientedHyperplane plane = cell.facet_hyperplane(facet);
     const auto h = network_.table.rounded(plane.id());
     const double value = plane.flipped() ? -h.at(point) : h.at(point);
-    if (value > -2 * h.error) return false;
+    if (value > -2 * (h.error + moved_by(plane.id()))) return false;
   }
   return true;
+}
+
+/// How far corners of the mesh are at most from a hyperplane that represents facets of theirs.
+double MeshProducer::moved_by(HyperplaneId id) const {
+  const auto at = std::ranges::lower_bound(mesh_.moved, id, {}, &Mesh::Moved::plane);
+  return at != mesh_.moved.end() && at->plane == id ? at->distance : 0;
+}
+
+/// A bound of the thickness of a cell none of whose points `is_inside` takes.
+double MeshProducer::thickness_by_merging(const geometry::Cell<3>& cell) const {
+  double most = 0;
+  for (std::size_t facet = 0; facet < cell.facet_count() && !mesh_.moved.empty(); ++facet)
+    most = std::max(most, moved_by(cell.facet_hyperplane(facet).id()));
+  return 8 * most;
 }
 
 /// Of a cell that no facet crosses. Where no double lies in it for certain, it is far thinner than any
@@ -256,11 +272,16 @@ std::int32_t MeshProducer::winding_within(const Word* leaf, CellView<3>& cell,
   return winding ? *winding : exact_winding(cell);
 }
 
-/// The winding number at the centre of a cell that is hardly more than a point, if no facet is that near.
+/// The winding number in the middle of a cell without thickness, if no facet is that near. Such a cell may be
+/// long, and lie askew: its middle is that of its vertices.
 std::optional<std::int32_t> MeshProducer::winding_beside(const CellView<3>& view) const {
-  double error = 2 * mesh_.error + 0x1p-50 * network_.table.radius();
-  const Point& centre = view.extent().centre;
-  for (const auto& vertex : view.cell().vertices()) error += vertex.error;
+  double error = 2 * mesh_.error + 0x1p-50 * network_.table.radius() + thickness_by_merging(view.cell());
+  Point centre{};
+  const auto vertices = view.cell().vertices();
+  for (const auto& vertex : vertices) {
+    error += vertex.error;
+    for (int i = 0; i < 3; ++i) centre[i] += vertex.x[i] / static_cast<double>(vertices.size());
+  }
   std::minstd_rand random(2357);  // the same segments in every run
   const auto change_at = [&](const Point& far, const Mesh::Facet& facet) {
     const auto& [a, b, c] = facet.corners;

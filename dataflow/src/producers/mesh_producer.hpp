@@ -52,6 +52,8 @@ class MeshProducer {
   void mark_beyond(CellView<3>& cell, std::span<Word> facets) const;
   [[nodiscard]] double reach_of_points_on(const geometry::Hyperplane<3>& rounded) const;
   [[nodiscard]] bool is_on(std::uint32_t corner, geometry::HyperplaneId id) const;
+  [[nodiscard]] double moved_by(geometry::HyperplaneId id) const;
+  [[nodiscard]] double thickness_by_merging(const geometry::Cell<3>& cell) const;
   [[nodiscard]] bool is_inside(const Point& point, const geometry::Cell<3>& cell) const;
   [[nodiscard]] std::optional<Reference> reference_of(const Word* leaf) const;
   template <typename Visit>

@@ -416,6 +416,50 @@ double HyperplaneTable<D>::bucket(double tolerance) const {
   return std::max(16 * tolerance, std::clamp(4 * mean, 0x1p-10, 0x1p-8));
 }
 
+template <int D>
+std::uint32_t HyperplaneTable<D>::add_hyperplane(const Occurrence& occurrence) {
+  const auto id = static_cast<std::uint32_t>(hyperplanes_.size());
+  if (id == first_axis_id)
+    throw Error("the model has more than 1,073,741,824 different half-spaces; divide it");
+  hyperplanes_.push_back(*occurrence.hyperplane);
+  sources_.push_back(occurrence.source);
+  return id;
+}
+
+/// Hyperplanes by the marks of their covectors: those that are equal have the same one, so that there are
+/// many and very near to each other costs nothing.
+template <int D>
+class HyperplaneTable<D>::Equals {
+ public:
+  explicit Equals(HyperplaneTable& table) : table_(table) {}
+
+  /// The id of the hyperplane, which gets one if none equals it.
+  OrientedHyperplane code(const Occurrence& occurrence, std::uint64_t mark) {
+    std::optional<OrientedHyperplane> found;
+    if (mark != 0)
+      by_mark_.find(tag_of(mark), [&](std::uint32_t id) {
+        for (const bool opposite : {false, true})
+          if (!found && table_.equal(occurrence.source, table_.sources_[id], opposite))
+            found = oriented(id, opposite);
+      });
+    if (found) return *found;
+    const std::uint32_t id = table_.add_hyperplane(occurrence);
+    add(id, mark);
+    return oriented(id, false);
+  }
+  void add(std::uint32_t id, std::uint64_t mark) {
+    if (mark != 0) by_mark_.add(tag_of(mark), id);
+  }
+
+ private:
+  HyperplaneTable& table_;
+  HashIndex by_mark_;
+
+  static std::uint32_t tag_of(std::uint64_t mark) {
+    return static_cast<std::uint32_t>(mark * 0x9e3779b97f4a7c15u >> 32);
+  }
+};
+
 /// Gives ids to the hyperplanes of one window after the other.
 template <int D>
 class HyperplaneTable<D>::Merging {
@@ -424,7 +468,8 @@ class HyperplaneTable<D>::Merging {
       : table_(table),
         tolerance_(tolerance),
         codes_(occurrences),
-        index_(table.centre_, table.size_, table.radius_, table.bucket(tolerance)) {
+        index_(table.centre_, table.size_, table.radius_, table.bucket(tolerance)),
+        equals_(table) {
     index_.set_reach(tolerance * table.size_);
   }
 
@@ -462,7 +507,7 @@ class HyperplaneTable<D>::Merging {
   double tolerance_;
   std::vector<OrientedHyperplane> codes_;
   CoincidenceIndex<D> index_;
-  HashIndex marked_;  // without a tolerance: ids by the marks of their covectors
+  Equals equals_;  // used without a tolerance
 
   void find_marks(Window& window) const {
     window.marks.clear();
@@ -477,38 +522,13 @@ class HyperplaneTable<D>::Merging {
     }
   }
 
-  /// Without a tolerance those that are equal are one; that they are many and very near to each other costs
-  /// nothing.
+  /// Without a tolerance those that are equal are one.
   void add_equal(const Window& window) {
     std::size_t at = 0;
     for (const Stretch& stretch : window.stretches)
       for (std::uint32_t i = 0; i < stretch.count; ++i, ++at)
         codes_[stretch.first + i] =
-            equal_code({&window.hyperplanes[at], {stretch.map, stretch.covector + i}}, window.marks[at]);
-  }
-
-  OrientedHyperplane equal_code(const Occurrence& occurrence, std::uint64_t mark) {
-    const auto tag = static_cast<std::uint32_t>(mark * 0x9e3779b97f4a7c15u >> 32);
-    std::optional<OrientedHyperplane> found;
-    if (mark != 0)
-      marked_.find(tag, [&](std::uint32_t id) {
-        for (const bool opposite : {false, true})
-          if (!found && table_.equal(occurrence.source, table_.sources_[id], opposite))
-            found = oriented(id, opposite);
-      });
-    if (found) return *found;
-    const std::uint32_t id = add_hyperplane(occurrence);
-    if (mark != 0) marked_.add(tag, id);
-    return oriented(id, false);
-  }
-
-  std::uint32_t add_hyperplane(const Occurrence& occurrence) {
-    const auto id = static_cast<std::uint32_t>(table_.hyperplanes_.size());
-    if (id == first_axis_id)
-      throw Error("the model has more than 1,073,741,824 different half-spaces; divide it");
-    table_.hyperplanes_.push_back(*occurrence.hyperplane);
-    table_.sources_.push_back(occurrence.source);
-    return id;
+            equals_.code({&window.hyperplanes[at], {stretch.map, stretch.covector + i}}, window.marks[at]);
   }
 
   /// What is looked up next is fetched from memory meanwhile: the place in the index, then the first
@@ -538,7 +558,7 @@ class HyperplaneTable<D>::Merging {
                   best_distance = distance;
                 });
     if (best == hyperplanes.size()) {
-      add_hyperplane(occurrence);
+      table_.add_hyperplane(occurrence);
       index_.add(*occurrence.hyperplane, key, best);
     }
     return oriented(best, best_opposite);
@@ -570,6 +590,40 @@ std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance, unsi
                          [&](const Window& window) { merging.add(window); });
   extents_ = {};
   return merging.take();
+}
+
+template <int D>
+Hyperplane<D> HyperplaneTable<D>::round_source(const Source& source) const {
+  const AffineMap<D>& map = maps_[source.map];
+  const Covector<D>& covector = covectors_[source.covector];
+  const auto rounding = map.rounding();
+  if (const auto direction = direction_of(map.map_normal_rounded(covector.rounded, rounding)))
+    if (const auto rounded =
+            at_distance(*direction, map.map_constant_rounded(covector.rounded, direction->normal, rounding)))
+      return *rounded;
+  ExactCovector<D> world;
+  map.map(covector, world);
+  return round_exactly(world);
+}
+
+template <int D>
+HyperplaneTable<D>::Apart::Apart(HyperplaneTable& table) : table_(table) {}
+template <int D>
+HyperplaneTable<D>::Apart::~Apart() = default;
+
+template <int D>
+OrientedHyperplane HyperplaneTable<D>::Apart::operator()(const Source& source) {
+  const auto mark_of = [&](const Source& of) {
+    const AffineMap<D>& map = table_.maps_[of.map];
+    return map.mark(table_.covectors_[of.covector], map.residues());
+  };
+  if (!equals_) {
+    equals_ = std::make_unique<Equals>(table_);
+    for (std::uint32_t id = 0; id < table_.sources_.size(); ++id)
+      equals_->add(id, mark_of(table_.sources_[id]));
+  }
+  const Hyperplane<D> rounded = table_.round_source(source);
+  return equals_->code({&rounded, source}, mark_of(source));
 }
 
 template <int D>
@@ -679,7 +733,9 @@ int HyperplaneTable<D>::side(const std::array<double, D>& point, HyperplaneId id
   return sum.sign();
 }
 
-#define BSP2_INSTANTIATE(D) template class HyperplaneTable<D>;
+#define BSP2_INSTANTIATE(D)          \
+  template class HyperplaneTable<D>; \
+ 
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

@@ -32,6 +32,12 @@ struct Mesh {
   /// + 1]).
   std::vector<std::uint32_t> incident_offset;
   std::vector<geometry::HyperplaneId> incident;
+  /// A hyperplane that merging has put in the place of facets, and how far their corners are from it at most.
+  struct Moved {
+    geometry::HyperplaneId plane;
+    double distance;
+  };
+  std::vector<Moved> moved;  ///< those that miss corners by more than rounding, by id
   std::shared_ptr<LazyFacetTree> tree =
       std::make_shared<LazyFacetTree>();  ///< of `facets`; shared by copies, which have the same ones
 };

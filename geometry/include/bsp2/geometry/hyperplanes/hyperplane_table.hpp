@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -68,6 +69,10 @@ class HyperplaneTable {
   /// @return the oriented hyperplane of each occurrence. @throws Error if there are more hyperplanes than
   /// ids.
   std::vector<OrientedHyperplane> merge(double tolerance, unsigned threads = 1);
+
+  /// Gives ids of their own to hyperplanes that `merge` lets others represent; those that are equal share
+  /// one. Between `merge` and `add_family`, in one thread.
+  class Apart;
 
   /// Gives ids to the hyperplanes of a family, placed by `map`. After `merge`. @return the first id: add the
   /// number.
@@ -179,6 +184,7 @@ class HyperplaneTable {
   Hyperplane<D> family_rounded(HyperplaneId id) const;
   Hyperplane<D> axis_rounded(HyperplaneId id) const;
   struct Window;
+  class Equals;
   class Merging;
   /// What translates of one map give a covector in common.
   struct Direction {
@@ -198,6 +204,7 @@ class HyperplaneTable {
   [[nodiscard]] std::optional<Hyperplane<D>> at_distance(
       const Direction& direction, const typename AffineMap<D>::RoundedConstant& constant) const;
   Hyperplane<D> round_exactly(const ExactCovector<D>& world) const;
+  [[nodiscard]] Hyperplane<D> round_source(const Source& source) const;
   [[nodiscard]] bool equal(const Source& a, const Source& b, bool opposite) const;
   struct Occurrence {
     const Hyperplane<D>* hyperplane;
@@ -207,6 +214,23 @@ class HyperplaneTable {
                               double& distance, bool& opposite) const;
   [[nodiscard]] double window(const Extent& extent, double tolerance) const;
   [[nodiscard]] double bucket(double tolerance) const;
+  std::uint32_t add_hyperplane(const Occurrence& occurrence);
+};
+
+template <int D>
+class HyperplaneTable<D>::Apart {
+ public:
+  explicit Apart(HyperplaneTable& table);
+  Apart(const Apart&) = delete;
+  Apart& operator=(const Apart&) = delete;
+  ~Apart();
+  /// The hyperplane that equals that of the source, exactly. @throws Error if there are more hyperplanes than
+  /// ids.
+  OrientedHyperplane operator()(const Source& source);
+
+ private:
+  HyperplaneTable& table_;
+  std::unique_ptr<Equals> equals_;  // made when first needed: it holds all that the table has
 };
 
 }  // namespace bsp2::geometry
