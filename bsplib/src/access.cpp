@@ -2,7 +2,6 @@
 #include <cstdint>
 #include <cstring>
 
-#include "bytes_text.hpp"
 #include "copy.hpp"
 #include "engine.hpp"
 
@@ -52,9 +51,9 @@ void Engine::check_range(const char* caller, const char* verb, int pid, Registry
   if (offset <= size && bytes <= size - offset) return;
   const std::size_t beyond = offset > size ? bytes + (offset - size) : bytes - (size - offset);
   reject(Errc::out_of_range, caller,
-         std::string(verb) + " " + bytes_text(beyond) + " beyond registered range of " + bytes_text(size) +
-             " at rank " + std::to_string(pid) + ": " + bytes_text(bytes) + " at offset " +
-             std::to_string(offset));
+         std::string(verb) + " " + detail::amount(beyond, "byte") + " beyond registered range of " +
+             detail::amount(size, "byte") + " at rank " + std::to_string(pid) + ": " +
+             detail::amount(bytes, "byte") + " at offset " + std::to_string(offset));
 }
 
 Registry::Id Engine::slot_of(const void* address, const char* caller) {
@@ -208,7 +207,8 @@ void Engine::end_runs(int pid) {
 Registry::Id Engine::push_reg(const void* address, std::size_t bytes) {
   check_usable("push_reg");
   if (bytes > static_cast<std::size_t>(PTRDIFF_MAX))
-    reject(Errc::bad_argument, "push_reg", "No memory has " + bytes_text(bytes) + "; was the size negative?");
+    reject(Errc::bad_argument, "push_reg",
+           "No memory has " + detail::amount(bytes, "byte") + "; was the size negative?");
   return registry_.push(address, bytes);
 }
 

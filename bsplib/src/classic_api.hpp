@@ -7,7 +7,6 @@
 #include <type_traits>
 
 #include "bsp.h"
-#include "bytes_text.hpp"
 #include "classic_state.hpp"
 #include "copy.hpp"
 
@@ -224,8 +223,8 @@ struct Api {
     if (!status) die("bsp_get_tag", "the first argument may not be NULL: it is where the size goes");
     const std::size_t bytes = world.received_tagsize();
     if (!tag && bytes > 0)
-      die("bsp_get_tag",
-          "tag must point to a block of available memory at least " + bytes_text(bytes) + " long");
+      die("bsp_get_tag", "tag must point to a block of available memory at least " +
+                             detail::amount(bytes, "byte") + " long");
     const bsp2_messages& front = bsp2_classic_messages;
     *status = front.place ? narrow<Size>(front.payload, "bsp_get_tag", "The size of the message")
                           : static_cast<Size>(-1);

@@ -9,8 +9,6 @@
 #include <numeric>
 #include <utility>
 
-#include "bytes_text.hpp"
-
 namespace bsp2::bsplib::detail {
 
 using wire::Header;
@@ -501,7 +499,8 @@ std::shared_ptr<Engine> Engine::split(int color, int key) {
 std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
   check_usable("allocate");
   constexpr std::size_t address_space = std::size_t{1} << 47U;
-  if (bytes >= address_space) reject(Errc::resource, "allocate", "No memory for " + bytes_text(bytes));
+  if (bytes >= address_space)
+    reject(Errc::resource, "allocate", "No memory for " + detail::amount(bytes, "byte"));
   meet(Kind::allocate, bytes);
   Registry::Slot slot;
   for (int rank = 0; rank < nprocs_; ++rank) slot.sizes.push_back(header(rank).argument);
@@ -512,7 +511,7 @@ std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
     slot.address = slot.heap;
     if (slot.heap) std::memset(slot.heap, 0, bytes);
   }
-  if (!slot.address) reject(Errc::resource, "allocate", "No memory for " + bytes_text(bytes));
+  if (!slot.address) reject(Errc::resource, "allocate", "No memory for " + detail::amount(bytes, "byte"));
   std::byte* address = slot.address;
   return {registry_.adopt(std::move(slot)), address};
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "bytes_text.hpp"
 #include "engine.hpp"
 
 namespace bsp2::bsplib::detail {
@@ -81,7 +80,7 @@ std::string describe(const Call& call) {
       "bsp_bcast",  "bsp_gather", "bsp_scatter", "bsp_total_exchange", "bsp_fold", "bsp_scan"};
   std::string text = names[call.function];
   if (wire::is_classic(call)) {
-    text += " of " + bytes_text(call.bytes);
+    text += " of " + detail::amount(call.bytes, "byte");
     if (call.function <= Call::classic_scatter) text += " with root " + std::to_string(call.root);
     return text;
   }

@@ -134,8 +134,8 @@ void World::reject_index(int pid, std::size_t index, std::size_t size) const {
   if (const auto negative = static_cast<std::ptrdiff_t>(index); negative < 0)
     number += " (or " + std::to_string(negative) + ")";
   engine().reject(Errc::out_of_range, "index",
-                  "Element " + number + " is beyond registered range of " + std::to_string(size) +
-                      " elements at rank " + std::to_string(pid));
+                  "Element " + number + " is beyond registered range of " + detail::amount(size, "element") +
+                      " at rank " + std::to_string(pid));
 }
 void World::declare_type(std::uint64_t hash) { engine().declare_type(hash); }
 std::uint32_t World::new_queue() { return engine().new_queue(); }

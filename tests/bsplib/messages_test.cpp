@@ -113,7 +113,7 @@ TEST(QueueTest, ValuesOfAnotherSizeAreAnError) {
     queue.receive();
     ADD_FAILURE() << "1 byte was taken for 8";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("A message of 1 bytes is no value of 8 bytes"),
+    EXPECT_NE(std::string(error.what()).find("A message of 1 byte is no value of 8 bytes"),
               std::string::npos);
     EXPECT_EQ(error.culprit(), world.pid());
   }

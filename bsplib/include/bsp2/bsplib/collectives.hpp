@@ -66,8 +66,8 @@ class Collectives {
   /// Value i goes to rank i; the result holds what rank i sent at i. One superstep, h = (p-1) n.
   std::vector<T> all_to_all(std::span<const T> values, Place place = Place::current()) {
     if (values.size() != static_cast<std::size_t>(world().nprocs()))
-      world().fail("all_to_all: " + std::to_string(values.size()) + " values for " +
-                   std::to_string(world().nprocs()) + " ranks");
+      world().fail("all_to_all: " + detail::amount(values.size(), "value") + " for " +
+                   detail::amount(static_cast<std::size_t>(world().nprocs()), "rank"));
     for (int pid = 0; pid < world().nprocs(); ++pid)
       if (pid != world().pid()) queue_.send(pid, values[static_cast<std::size_t>(pid)]);
     sync(Call::all_to_all, place);
@@ -137,8 +137,9 @@ void broadcast(World& world, std::span<T> data, int root,
   world.sync(call, place);
   for (int pid = 0; pid < world.nprocs(); ++pid)
     if (shared.size(pid) != shared.size(root))
-      world.fail("broadcast: rank " + std::to_string(pid) + " has " + std::to_string(shared.size(pid)) +
-                 " elements, the root " + std::to_string(shared.size(root)));
+      world.fail("broadcast: rank " + std::to_string(pid) + " has " +
+                 detail::amount(shared.size(pid), "element") + ", the root " +
+                 std::to_string(shared.size(root)));
   const auto p = static_cast<std::size_t>(world.nprocs());
   const auto part = [&](std::size_t i) {
     const std::size_t begin = data.size() * i / p, end = data.size() * (i + 1) / p;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
@@ -10,6 +11,11 @@ namespace bsp2::bsplib {
 
 namespace detail {
 class Engine;
+
+/// "1 byte", "8 bytes", for messages.
+inline std::string amount(std::size_t count, const std::string& thing) {
+  return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
+}
 
 /// Says that an error is on its way: only the object that was thrown has one, no copy of it.
 class Flight {

@@ -125,7 +125,7 @@ class Array : public Distributed<T> {
 
   static std::size_t checked(World& world, std::size_t size) {
     if (size > static_cast<std::size_t>(-1) / 2 / sizeof(T))
-      world.fail("An array of " + std::to_string(size) + " elements does not fit");
+      world.fail("An array of " + detail::amount(size, "element") + " does not fit");
     Distributed<T>::declared(world);
     return size * sizeof(T);
   }

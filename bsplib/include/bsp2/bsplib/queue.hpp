@@ -143,8 +143,9 @@ class Queue {
       std::array<std::byte, sizeof(T)> bytes;
       if (message.payload.size() != sizeof(T))
         throw Error(Errc::misuse, message.source, number_.world().superstep(), "receive",
-                    "A message of " + std::to_string(message.payload.size()) + " bytes is no value of " +
-                        std::to_string(sizeof(T)) + " bytes: the queues of the ranks differ in their types");
+                    "A message of " + detail::amount(message.payload.size(), "byte") + " is no value of " +
+                        detail::amount(sizeof(T), "byte") +
+                        ": the queues of the ranks differ in their types");
       std::memcpy(bytes.data(), message.payload.data(), sizeof(T));
       return std::bit_cast<T>(bytes);
     } else {
