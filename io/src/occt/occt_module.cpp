@@ -10,6 +10,8 @@
 #include <Interface_Static.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
+#include <Message_ProgressIndicator.hxx>
+#include <Message_ProgressScope.hxx>
 #include <Quantity_ColorRGBA.hxx>
 #include <STEPCAFControl_Controller.hxx>
 #include <STEPCAFControl_Writer.hxx>
@@ -108,7 +110,19 @@ bool print(const fs::path& path, Writer& writer, const Handle(Protocol) & protoc
 
 Handle(TCollection_HAsciiString) text(const char* of) { return new TCollection_HAsciiString(of); }
 
-bool write_step(const fs::path& path, const PartShapes& of_parts, const CadParts& parts) {
+/// By which Open CASCADE asks now and then whether to go on.
+class Stop : public Message_ProgressIndicator {
+ public:
+  explicit Stop(bool (*is_over)()) : is_over_(is_over) {}
+  Standard_Boolean UserBreak() override { return is_over_(); }
+
+ private:
+  void Show(const Message_ProgressScope&, const Standard_Boolean) override {}
+  bool (*is_over_)();
+};
+
+bool write_step(const fs::path& path, const PartShapes& of_parts, const CadParts& parts,
+                const Handle(Stop) & stop) {
   STEPCAFControl_Controller::Init();
   Interface_Static::SetCVal("write.step.schema", "AP242DIS");
   Interface_Static::SetCVal("write.step.unit", "MM");
@@ -117,7 +131,7 @@ bool write_step(const fs::path& path, const PartShapes& of_parts, const CadParts
   writer.SetColorMode(true);
   writer.SetNameMode(true);
   const Document document(of_parts, parts);
-  if (!writer.Transfer(document.get(), STEPControl_AsIs)) return false;
+  if (!writer.Transfer(document.get(), STEPControl_AsIs, nullptr, stop->Start())) return false;
   APIHeaderSection_MakeHeader header(writer.ChangeWriter().Model());
   header.SetName(text(path.filename().c_str()));
   header.SetOriginatingSystem(text("bsp2"));
@@ -125,7 +139,8 @@ bool write_step(const fs::path& path, const PartShapes& of_parts, const CadParts
   return print(path, whole, Handle(StepData_Protocol)::DownCast(writer.ChangeWriter().WS()->Protocol()));
 }
 
-bool write_iges(const fs::path& path, const PartShapes& of_parts, const CadParts& parts) {
+bool write_iges(const fs::path& path, const PartShapes& of_parts, const CadParts& parts,
+                const Handle(Stop) & stop) {
   IGESControl_Controller::Init();
   Interface_Static::SetIVal("write.iges.brep.mode", 1);
   Interface_Static::SetCVal("write.iges.unit", "MM");
@@ -133,7 +148,7 @@ bool write_iges(const fs::path& path, const PartShapes& of_parts, const CadParts
   writer.SetColorMode(true);
   writer.SetNameMode(true);
   const Document document(of_parts, parts);
-  if (!writer.Transfer(document.get())) return false;
+  if (!writer.Transfer(document.get(), stop->Start())) return false;
   writer.ComputeModel();
   IGESData_GlobalSection& header = writer.Model()->ChangeGlobalSection();
   header.SetFileName(text(path.filename().c_str()));
@@ -144,31 +159,34 @@ bool write_iges(const fs::path& path, const PartShapes& of_parts, const CadParts
   return print(path, whole, IGESSelect_WorkLibrary::DefineProtocol());
 }
 
-bool write_brep(const fs::path& path, const PartShapes& of_parts) {
+bool write_brep(const fs::path& path, const PartShapes& of_parts, const Handle(Stop) & stop) {
   TopoDS_Compound all;
   BRep_Builder builder;
   builder.MakeCompound(all);
   for (const auto& [part, shape] : of_parts) builder.Add(all, shape);
-  return BRepTools::Write(all, path.c_str());
+  return BRepTools::Write(all, path.c_str(), stop->Start());
 }
 
-CadRemarks write(const fs::path& path, CadFormat format, const geometry::Brep& brep, const CadParts& parts) {
+CadRemarks write(const fs::path& path, CadFormat format, const geometry::Brep& brep, const CadParts& parts,
+                 bool (*is_over)()) {
   static std::mutex one_at_a_time;  // Open CASCADE's settings and documents are those of the process
   const std::lock_guard lock(one_at_a_time);
   try {
     silence();
-    const Shapes shapes = shapes_of(brep);
-    const PartShapes of_parts = parts_of(brep, shapes);
+    const Shapes shapes = shapes_of(brep, is_over);
     CadRemarks remarks{false, shapes.short_edges, shapes.thin_solids};
+    if (is_over()) return remarks;
+    const PartShapes of_parts = parts_of(brep, shapes);
+    const Handle(Stop) stop = new Stop(is_over);
     switch (format) {
       case CadFormat::step:
-        remarks.is_written = write_step(path, of_parts, parts);
+        remarks.is_written = write_step(path, of_parts, parts, stop);
         break;
       case CadFormat::iges:
-        remarks.is_written = write_iges(path, of_parts, parts);
+        remarks.is_written = write_iges(path, of_parts, parts, stop);
         break;
       case CadFormat::brep:
-        remarks.is_written = write_brep(path, of_parts);
+        remarks.is_written = write_brep(path, of_parts, stop);
         break;
     }
     return remarks;

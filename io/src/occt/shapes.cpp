@@ -30,8 +30,9 @@ const double a_point = Precision::Confusion();
 
 class ShapeMaker {
  public:
-  explicit ShapeMaker(const Brep& brep)
+  ShapeMaker(const Brep& brep, bool (*is_over)())
       : brep_(brep),
+        is_over_(is_over),
         place_of_use_(brep.uses.size()),
         vertex_(brep.points.size()),
         edge_(brep.uses.size()),
@@ -48,8 +49,10 @@ class ShapeMaker {
       for (const Brep::Side& side : brep.sides_of(shell)) wires_of(side);
   }
 
+  /// @return what there is when it is to end.
   Shapes run() {
     for (const Brep::Solid& of : brep_.solids) {
+      if (is_over_()) break;
       TopoDS_Solid shape;
       builder_.MakeSolid(shape);
       bool is_there = false;
@@ -76,6 +79,7 @@ class ShapeMaker {
   using Sides = std::vector<Side>;
 
   const Brep& brep_;
+  bool (*is_over_)();
   BRep_Builder builder_;
   Shapes shapes_;
   std::vector<std::uint32_t> place_of_use_;  // of each use, among those of its edge
@@ -181,6 +185,7 @@ class ShapeMaker {
     builder_.MakeShell(shape);
     int faces = 0;
     for (const Brep::Side& side : brep_.sides_of(of)) {
+      if (is_over_()) break;
       const TopoDS_Face part = face(side);
       if (part.IsNull()) continue;
       builder_.Add(shape, part);
@@ -252,6 +257,6 @@ class ShapeMaker {
 
 }  // namespace
 
-Shapes shapes_of(const Brep& brep) { return ShapeMaker(brep).run(); }
+Shapes shapes_of(const Brep& brep, bool (*is_over)()) { return ShapeMaker(brep, is_over).run(); }
 
 }  // namespace bsp2::io

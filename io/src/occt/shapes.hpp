@@ -18,6 +18,7 @@ struct Shapes {
 
 /// Edges that Open CASCADE takes for points are points: their ends are one vertex, and faces that become
 /// lines go, as one between an outline and a hole that is as large.
-[[nodiscard]] Shapes shapes_of(const geometry::Brep& brep);
+/// @param is_over asked before each face; once it says so, what follows is not made.
+[[nodiscard]] Shapes shapes_of(const geometry::Brep& brep, bool (*is_over)());
 
 }  // namespace bsp2::io

@@ -81,9 +81,10 @@ struct CadRemarks {
 /// What bsp2-occt does: see write_cad.
 struct OcctModule {
   static constexpr const char* name = "bsp2-occt";
+  /// @param is_over whether somebody wants it to end; then the file is not written.
   /// @throws Error if the shapes cannot be made.
   CadRemarks (*write)(const std::filesystem::path& path, CadFormat format, const geometry::Brep& brep,
-                      const CadParts& parts);
+                      const CadParts& parts, bool (*is_over)());
 };
 
 /// What bsp2-pdf does.

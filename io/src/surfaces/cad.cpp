@@ -6,6 +6,7 @@
 
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "outputs/modules.hpp"
 #include "surfaces/labels.hpp"
@@ -60,7 +61,9 @@ std::vector<std::string> write_cad(const fs::path& path, const geometry::Brep& b
   const TemporaryDirectory folder(folder_of(path));
   const fs::path part = folder.path() / path.filename();
   const CadRemarks remarks = occt_module().write(part, format_of(path), brep,
-                                                 cad_parts(brep, PartLabels(parts, path.stem().string())));
+                                                 cad_parts(brep, PartLabels(parts, path.stem().string())),
+                                                 geometry::Interruption::is_wanted);
+  if (geometry::Interruption::is_over()) throw geometry::Interrupted();
   if (!remarks.is_written)
     throw Error("cannot write '" + path.string() + "': the disk is full, or Open CASCADE cannot write it");
   write_file(path, bytes_of(part));

@@ -1,18 +1,22 @@
 #include <fcntl.h>
+#include <signal.h>
 #include <spawn.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <unordered_map>
 
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/model/expression/csg.hpp"
 #include "import/imports.hpp"
 
@@ -43,6 +47,24 @@ class Scratch {
   std::filesystem::path path_;
 };
 
+/// @return what waitpid says. @throws Interrupted if somebody wants the work to end meanwhile; so has the
+/// child.
+int wait_for(pid_t child) {
+  using namespace std::chrono_literals;
+  int status = 0;
+  for (auto pause = 1ms;; pause = std::min(2 * pause, std::chrono::milliseconds(50))) {
+    const pid_t ended = waitpid(child, &status, WNOHANG);
+    if (ended == child) return status;
+    if (ended < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category());
+    if (geometry::Interruption::is_wanted()) {
+      ::kill(child, SIGKILL);
+      waitpid(child, &status, 0);
+      throw geometry::Interrupted();
+    }
+    std::this_thread::sleep_for(pause);
+  }
+}
+
 /// Runs a program of the PATH, without a shell; what it prints goes to a file. @return what waitpid says.
 /// @throws std::system_error if it cannot be started.
 int run(std::vector<std::string> words, const std::filesystem::path& output) {
@@ -58,10 +80,7 @@ int run(std::vector<std::string> words, const std::filesystem::path& output) {
   const int error = posix_spawnp(&child, arguments[0], &files, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   if (error != 0) throw std::system_error(error, std::generic_category());
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0)
-    if (errno != EINTR) throw std::system_error(errno, std::generic_category());
-  return status;
+  return wait_for(child);
 }
 
 /// Lines of a file that begin with one of these words, each once, with how often it is there; the first of

@@ -1,6 +1,7 @@
 #include "import/reader_process.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,6 +13,7 @@
 #include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/support/module.hpp"
 #include "import/part_names.hpp"
 #include "import/parts_stream.hpp"
@@ -57,6 +59,7 @@ class Reading {
   /// @return false if the output ends before.
   bool read(void* into, std::size_t size) {
     for (char* at = static_cast<char*>(into); size > 0;) {
+      wait_for_output();
       const ssize_t got = ::read(output_, at, std::min(size, std::size_t{1} << 20));
       if (got < 0 && errno == EINTR) continue;
       if (got <= 0) return false;
@@ -73,6 +76,14 @@ class Reading {
   }
 
  private:
+  /// @throws Interrupted if somebody wants the work to end meanwhile.
+  void wait_for_output() const {
+    constexpr int most = 10;  // milliseconds
+    pollfd output{output_, POLLIN, 0};
+    do {
+      geometry::Interruption::check();
+    } while (::poll(&output, 1, most) == 0);
+  }
   int reap() {
     int status = 0;
     while (::waitpid(child_, &status, 0) < 0)
@@ -220,6 +231,8 @@ ImportedParts parts_by_program(const std::string& program, const std::string& li
     PartsReader reader(reading);
     if (reader.read(parts)) return parts;
     throw Error(reader.error().empty() ? reason_of(reading.wait(), library) : reader.error());
+  } catch (const geometry::Interrupted&) {
+    throw;
   } catch (const Error& failure) {
     throw Error(path.string() + ": " + failure.what());
   }

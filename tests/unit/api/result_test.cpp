@@ -256,6 +256,27 @@ TEST(ApiResult, EndsWhateverIsAskedOfItAndCanBeAskedAgain) {
   EXPECT_TRUE(none.is_interrupted());
 }
 
+TEST(ApiResult, EndsFilesForCadPrograms) {
+  const samples::TemporaryFolder folder;
+  const Result result = evaluate(parse("difference() { cube(4); sphere(2, $fn = 8); }"), {.surface = true});
+  const auto is_ended = [](const auto& work) {
+    const Stoppable stoppable([] { return true; });
+    try {
+      work();
+    } catch (const Error& error) {
+      return std::string(error.what()) == "interrupted";
+    }
+    return false;
+  };
+  for (const char* ending : {".step", ".iges", ".brep"}) {
+    const fs::path file = folder.path() / (std::string("part") + ending);
+    EXPECT_TRUE(is_ended([&] { result.write(file); })) << ending;
+    EXPECT_FALSE(fs::exists(file)) << ending;
+    EXPECT_NO_THROW(result.write(file)) << ending;
+    EXPECT_TRUE(fs::exists(file)) << ending;
+  }
+}
+
 TEST(ApiResult, ManyThreadsEvaluateAtOnce) {
   const Expression shared = cube(3) - sphere(1.5, {.fn = 20});
   const std::string digest = evaluate(shared).digest();

@@ -37,6 +37,7 @@
 #include <vector>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
 #include "support/temporary_folder.hpp"
@@ -201,6 +202,15 @@ TEST_F(CadImport, SurfacesAreSewn) {
   ASSERT_EQ(box.solids.size(), 1U);
   EXPECT_NEAR(volume(box.solids[0]), 6000, 1e-6);
   expect_one_line(box.notes, "6 faces belong to no solid");
+}
+
+TEST_F(CadImport, ReadersEndWhenTheyAreNotWaitedFor) {
+  const std::string file = step(drilled(), "drilled.step");
+  {
+    const geometry::Interruption stop([] { return true; });
+    EXPECT_THROW(read(file), geometry::Interrupted);
+  }
+  EXPECT_EQ(read(file).solids.size(), 1U);
 }
 
 TEST_F(CadImport, DamagedFilesAreRefused) {
