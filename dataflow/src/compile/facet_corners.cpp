@@ -10,7 +10,7 @@ namespace {
 using Vector = std::array<double, 3>;
 
 /// By how many tolerances a corner may move: hyperplanes that meet at less than some degrees make more of it.
-constexpr double most_tolerances = 16;
+constexpr double most_tolerances = 4;
 /// What misses a corner by less than this share of the tolerance misses it by rounding.
 constexpr double rounding = 0x1p-17;
 /// At a corner of more hyperplanes all threes of them are too many to be looked at: it counts as moved.
