@@ -733,9 +733,8 @@ int HyperplaneTable<D>::side(const std::array<double, D>& point, HyperplaneId id
   return sum.sign();
 }
 
-#define BSP2_INSTANTIATE(D)          \
-  template class HyperplaneTable<D>; \
- 
+#define BSP2_INSTANTIATE(D) template class HyperplaneTable<D>;
+
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 
