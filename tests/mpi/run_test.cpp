@@ -280,7 +280,8 @@ TEST(Run, CollectsTheSameCellsAndDrawsTheSamePictureEveryWay) {
   RunOptions options = options_for(model, 16, 1);
   options.collect_cells = true;
   const RunResult alone = run(options);
-  const std::string picture = render(alone.mesh, alone.tree, {.width = 300, .height = 200});
+  Ranks one;
+  const std::string picture = render(one, alone, {.width = 300, .height = 200});
   for (const Collect collect : {Collect::automatic, Collect::master, Collect::tree, Collect::file}) {
     SCOPED_TRACE(static_cast<int>(collect));
     options.collect = collect;
@@ -384,15 +385,18 @@ TEST(Run, DrawsTheSamePictureInEveryFashion) {
   EXPECT_GT(alone.report.fuzzy_cells, 0U);
   Ranks one;
   PictureOptions plain{.width = 240, .height = 180};
-  PictureOptions eye = plain, exploded = plain, vectors = plain;
+  PictureOptions eye = plain, exploded = plain, vectors = plain, lined = plain;
   const auto middle = [&](int axis) { return (alone.report.lower[axis] + alone.report.upper[axis]) / 2; };
   eye.eye = {alone.report.upper[0] * 2, alone.report.lower[1] * 3, alone.report.upper[2] * 2};
   eye.look = {middle(0), middle(1), middle(2)};
-  eye.edges = true;
+  eye.edges = supersteps::Edges::cells;
   exploded.explode = 0.7;
   exploded.shade = Shade::region;
   vectors.format = PictureFormat::svg;
-  for (const PictureOptions& view : {plain, eye, exploded, vectors}) {
+  lined.edges = Edges::feature;
+  lined.shade = Shade::level;
+  lined.legend = lined.axes = lined.transparent = true;
+  for (const PictureOptions& view : {plain, eye, exploded, vectors, lined}) {
     const std::string expected = render(one, alone, view);
     Ranks ranks = Ranks::launched();
     std::string drawn;

@@ -39,7 +39,7 @@ supersteps::PictureOptions picture_options(const View& view, supersteps::Picture
   options.width = view.width;
   options.height = view.height;
   options.shade = shade->second;
-  options.edges = view.edges;
+  options.edges = view.edges ? supersteps::Edges::cells : supersteps::Edges::none;
   options.eye = view.eye;
   options.look = view.look;
   options.explode = view.explode;

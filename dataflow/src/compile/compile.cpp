@@ -334,6 +334,7 @@ class Compiler {
       const bool matters = map_of[i] != no_map;
       if (matters && shape.covector_count > 0 && table.orientation(map_of[i]) != 0)
         first = table.add_occurrences(map_of[i], shape.first_covector, shape.covector_count);
+      if (first && shape.turned) network.turned.push_back({map_of[i], producer.primitive, shape.turned});
       if (matters && shape.is_spline()) {
         const auto& placed =
             patches

@@ -126,6 +126,8 @@ Framed<D> Shapes<D>::make(const model::Lathe& lathe) {
       add_covectors(shape, polytope.covectors);
       shape.bounds = {polytope.lower, polytope.upper};
       for (std::size_t i = 0; i < radius.size(); ++i) shape.rings.emplace_back(radius[i], z[i]);
+      shape.turned =
+          std::make_shared<const TurnedShape>(TurnedShape{shape.first_covector, lathe.sides, shape.rings});
       add(std::move(shape));
     }
     return {entry->second, Transformer<3>::scaling({widest, widest, height}, {0, 0, bottom})};

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "bsp2/dataflow/shapes/lathe.hpp"
 #include "bsp2/geometry/exact/covector.hpp"
 #include "bsp2/model/expression/expression.hpp"
 #include "process/transformer.hpp"
@@ -26,7 +27,8 @@ struct Shape {
       rings;                                // lathe: radius and z, in the normalized frame; otherwise empty
   Box<D> bounds;                            // in the normalized frame
   std::shared_ptr<const LatheShape> lathe;  // of one with very many facets; shared: by all occurrences of it
-  std::shared_ptr<const MeshShape> mesh;    // shared: by all occurrences of one mesh
+  std::shared_ptr<const TurnedShape> turned;  // likewise, of any lathe
+  std::shared_ptr<const MeshShape> mesh;      // shared: by all occurrences of one mesh
   struct RoundPart {
     int axes;
     double bottom, top;  // multiples of 2^-53, the larger one 1

@@ -651,8 +651,8 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   }
   check_command(app, arguments);
   try {
-    app.parse(
-        std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the back
+    const auto given = with_edges(arguments);
+    app.parse(std::vector<std::string>(given.rbegin(), given.rend()));  // CLI11 takes them from the back
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) fail(error, app);
     if (raw.list_formats) {

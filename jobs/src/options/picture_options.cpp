@@ -19,9 +19,9 @@ using supersteps::Shade;
 constexpr int largest_size = 8192;
 
 const std::map<std::string, Shade>& shades() {
-  static const std::map<std::string, Shade> names{{"colour", Shade::colour}, {"color", Shade::colour},
-                                                  {"part", Shade::part},     {"rank", Shade::rank},
-                                                  {"region", Shade::region}, {"label", Shade::label}};
+  static const std::map<std::string, Shade> names{
+      {"colour", Shade::colour}, {"color", Shade::colour}, {"part", Shade::part},  {"rank", Shade::rank},
+      {"region", Shade::region}, {"label", Shade::label},  {"level", Shade::level}};
   return names;
 }
 
@@ -32,6 +32,13 @@ std::optional<std::array<double, 3>> point_of(const std::string& text, const cha
     throw Error(std::string(option) + ": '" + text + "' is no point; write three numbers, for example " +
                 option + " 30,-40,25");
   return std::array{numbers[0], numbers[1], numbers[2]};
+}
+
+const std::map<std::string, supersteps::Edges>& edges() {
+  using supersteps::Edges;
+  static const std::map<std::string, Edges> names{
+      {"none", Edges::none}, {"feature", Edges::feature}, {"cells", Edges::cells}};
+  return names;
 }
 
 /// A factor, or two with a colon between them.
@@ -77,18 +84,34 @@ void add_picture_options(CLI::App& app, PictureText& text) {
       ->check(is_explosion())
       ->type_name("F")
       ->group(group);
-  app.add_flag("--edges", text.edges, "draw the edges of the cells")->group(group);
+  app.add_option("--edges", text.edges,
+                 "draw edges: feature (those of the solid), cells\n(without a word, too), or none (default)")
+      ->expected(0, 1)
+      ->default_str("cells")
+      ->check(is_one_of({"none", "feature", "cells"}))
+      ->type_name("WHICH")
+      ->group(group);
   app.add_option("--shade", text.shade,
-                 "what colours tell: part, rank, region, label, or\ncolour (the model's own; default)")
-      ->check(is_one_of({"part", "rank", "region", "label", "colour", "color"}))
+                 "what colours tell: part, rank, region, label,\nlevel, or colour (the model's own; default)")
+      ->check(is_one_of({"part", "rank", "region", "label", "level", "colour", "color"}))
       ->type_name("WHAT")
       ->group(group);
+  app.add_flag("--no-legend", text.no_legend, "do not write what the colours tell")->group(group);
+  app.add_flag("--axes", text.axes, "draw where the axes point, and the scale")->group(group);
+  app.add_flag("--transparent", text.transparent, "without a background")->group(group);
   app.add_option("--size", text.size, "pixels (default: 1000x1000)")->type_name("WxH")->group(group);
+}
+
+std::vector<std::string> with_edges(std::vector<std::string> arguments) {
+  for (std::size_t i = 0; i + 1 < arguments.size(); ++i)
+    if (arguments[i] == "--edges" && arguments[i + 1].find_first_of("./\\") != std::string::npos)
+      arguments[i] = "--edges=cells";
+  return arguments;
 }
 
 bool is_given(const PictureText& text) {
   return !text.eye.empty() || !text.look.empty() || !text.size.empty() || !text.shade.empty() ||
-         !text.explode.empty() || text.edges;
+         !text.explode.empty() || !text.edges.empty() || text.no_legend || text.axes || text.transparent;
 }
 
 std::vector<double> eye_of(const std::string& text) {
@@ -107,8 +130,11 @@ supersteps::PictureOptions picture_options(const PictureText& text) {
   if (options.eye && options.look && *options.eye == *options.look)
     throw Error("--eye and --look are the same point: the picture needs a direction");
   if (const auto factors = numbers_in(text.explode, ':'); factors.size() == 1) options.explode = factors[0];
-  options.edges = text.edges;
+  if (!text.edges.empty()) options.edges = edges().at(text.edges);
   if (!text.shade.empty()) options.shade = shades().at(text.shade);
+  options.legend = !text.no_legend;
+  options.axes = text.axes;
+  options.transparent = text.transparent;
   if (text.size.empty()) return options;
   const auto numbers = numbers_in(text.size, 'x');
   const auto is_size = [](double n) { return n >= 1 && n <= largest_size && n == std::trunc(n); };

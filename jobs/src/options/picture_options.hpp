@@ -15,12 +15,15 @@ namespace bsp2::jobs {
 
 /// The options of a picture as they are typed: one home for all commands that draw.
 struct PictureText {
-  std::string eye, look, size, shade, explode;
-  bool edges = false;
+  std::string eye, look, size, shade, explode, edges;
+  bool no_legend = false, axes = false, transparent = false;
 };
 
-/// Adds --eye, --look, --explode, --edges, --shade and --size to a command.
+/// Adds --eye, --look, --explode, --edges, --shade, --size and the like to a command.
 void add_picture_options(CLI::App& app, PictureText& text);
+
+/// Arguments in which `--edges` has its word where a file follows it: that is no word of it.
+std::vector<std::string> with_edges(std::vector<std::string> arguments);
 
 /// Was any of them given?
 bool is_given(const PictureText& text);

@@ -18,6 +18,7 @@
 #include "loop/querying.hpp"
 #include "loop/tracing.hpp"
 #include "ranks/exchange.hpp"
+#include "render/round_faces.hpp"
 #include "stages/stages.hpp"
 
 namespace bsp2::supersteps {
@@ -356,6 +357,10 @@ void add_looks(RunResult& result, const dataflow::Network<D>& network,
   result.rank_of_region = rank_of_region;
   for (const auto& colour : network.colours) result.colour_of_primitive.push_back(rounded(colour));
   for (const auto& part : network.parts) result.part_names.push_back(part.name);
+  if constexpr (D == 3) {
+    auto round = std::make_shared<const RoundFaces>(network);
+    if (!round->is_empty()) result.round_faces = std::move(round);
+  }
   if (network.bounds.is_empty()) return;
   result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());
   result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
@@ -423,6 +428,7 @@ std::optional<FailedOutput> show_frame(Ranks& ranks, const dataflow::Network<D>&
                               rank_of_region.size());
     now.report.dimension = D;
     add_looks(now, network, rank_of_region);
+    now.report.tolerance = options.tolerance;
     options.on_frame(now, progress.steps - 1);
   });
 }

@@ -4,11 +4,9 @@
 #include <cairo-svg.h>
 #include <cairo.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <limits>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <string_view>
@@ -30,8 +28,6 @@ cairo_status_t append(void* closure, const unsigned char* data, unsigned int len
 }
 
 constexpr double line_width = 0.6;  // pixels
-constexpr Colour line_colour{0.12, 0.13, 0.16};
-constexpr int bytes_of_a_strip = 2 << 20, most_strips = 255;
 
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 
@@ -44,213 +40,50 @@ Surface vector_surface(PictureFormat format, std::string& bytes, int width, int 
   return surface;
 }
 
-class CairoCanvas final : public Canvas {
- public:
-  CairoCanvas(int width, int height);
-  [[nodiscard]] int strips() const override { return (height_ + strip_height_ - 1) / strip_height_; }
-  [[nodiscard]] std::array<std::uint8_t, 2> strips_between(double low, double high) const override;
-  void begin_strip(int strip) override;
-  void fill(std::span<const std::array<double, 2>> polygon, const Ink& ink) override;
-  [[nodiscard]] Layer take() override;
-  void put(const Layer& layer) override;
-  void end_strip(const Colour& background) override;
-  [[nodiscard]] std::string file() override;
-
- private:
-  static constexpr int samples = 3;  // an edge of a pixel
-
-  int width_, height_, strip_height_, strip_ = 0;
-  Surface surface_, tile_, image_{nullptr, cairo_surface_destroy};
-  std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context_;
-  std::array<double, 2> low_, high_;  // of what has been drawn, in samples of the strip
-
-  void forget();
-  void set_source(const Ink& ink);
-  std::uint32_t* row(int y);
-};
-
-CairoCanvas::CairoCanvas(int width, int height)
-    : width_(width),
-      height_(height),
-      strip_height_(std::clamp(bytes_of_a_strip / (samples * samples * 4 * width),
-                               (height + most_strips - 1) / most_strips, height)),
-      surface_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples * width, samples * strip_height_),
-               cairo_surface_destroy),
-      tile_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples, samples), cairo_surface_destroy),
-      context_(cairo_create(surface_.get()), cairo_destroy) {
-  check(cairo_surface_status(surface_.get()));
-  check(cairo_surface_status(tile_.get()));
-  check(cairo_status(context_.get()));
-  cairo_set_antialias(context_.get(), CAIRO_ANTIALIAS_NONE);
-  cairo_set_line_width(context_.get(), samples * line_width);
-  cairo_set_line_join(context_.get(), CAIRO_LINE_JOIN_ROUND);
-  forget();
+void set_colour(cairo_t* cr, const Colour& colour, double opacity = 1) {
+  cairo_set_source_rgba(cr, colour[0], colour[1], colour[2], opacity);
 }
 
-std::array<std::uint8_t, 2> CairoCanvas::strips_between(double low, double high) const {
-  if (high < -1 || low > height_ + 1) return {1, 0};
-  const auto strip = [&](double y) {
-    return static_cast<std::uint8_t>(
-        std::clamp(static_cast<int>(std::floor(y)) / strip_height_, 0, strips() - 1));
-  };
-  return {strip(std::max(0.0, low - 1)), strip(std::min<double>(height_, high + 1))};
-}
-
-void CairoCanvas::begin_strip(int strip) {
-  strip_ = strip;
-  cairo_surface_flush(surface_.get());
-  for (int y = 0; y < samples * strip_height_; ++y) std::fill_n(row(y), samples * width_, 0);
-  cairo_surface_mark_dirty(surface_.get());
-  cairo_set_operator(context_.get(), CAIRO_OPERATOR_OVER);
-  forget();
-}
-
-void CairoCanvas::forget() {
-  low_.fill(std::numeric_limits<double>::infinity());
-  high_.fill(-std::numeric_limits<double>::infinity());
-}
-
-std::uint32_t* CairoCanvas::row(int y) {
-  unsigned char* data = cairo_image_surface_get_data(surface_.get());
-  return reinterpret_cast<std::uint32_t*>(data +
-                                          std::ptrdiff_t{y} * cairo_image_surface_get_stride(surface_.get()));
-}
-
-/// What is translucent: a tile of one pixel, some of its samples the colour and the others nothing.
-void CairoCanvas::set_source(const Ink& ink) {
-  cairo_t* cr = context_.get();
-  constexpr int all = samples * samples;
-  const int covered = std::clamp(static_cast<int>(std::lround(ink.opacity * all)), 0, all);
-  if (covered == all) return cairo_set_source_rgb(cr, ink.colour[0], ink.colour[1], ink.colour[2]);
-  static constexpr std::array<int, all> order{4, 0, 8, 2, 6,
-                                              1, 7, 3, 5};  // of the samples of a pixel, evenly
-  std::uint32_t colour = 0xff;
-  for (const double channel : ink.colour)
-    colour = colour << 8 | static_cast<std::uint32_t>(std::lround(255 * channel));
-  cairo_surface_flush(tile_.get());
-  unsigned char* data = cairo_image_surface_get_data(tile_.get());
-  for (int i = 0; i < all; ++i) {
-    const std::uint32_t sample = i < covered ? colour : 0;
-    std::memcpy(data + std::ptrdiff_t{order[i] / samples} * cairo_image_surface_get_stride(tile_.get()) +
-                    std::ptrdiff_t{4} * (order[i] % samples),
-                &sample, sizeof sample);
+void draw(cairo_t* cr, const Overlay& overlay) {
+  for (const Overlay::Box& box : overlay.boxes) {
+    cairo_rectangle(cr, box.low[0], box.low[1], box.high[0] - box.low[0], box.high[1] - box.low[1]);
+    set_colour(cr, box.colour, box.opacity);
+    cairo_fill(cr);
   }
-  cairo_surface_mark_dirty(tile_.get());
-  cairo_set_source_surface(cr, tile_.get(), 0, 0);
-  cairo_pattern_set_extend(cairo_get_source(cr), CAIRO_EXTEND_REPEAT);
-  cairo_pattern_set_filter(cairo_get_source(cr), CAIRO_FILTER_NEAREST);
-}
-
-void CairoCanvas::fill(std::span<const std::array<double, 2>> polygon, const Ink& ink) {
-  cairo_t* cr = context_.get();
-  for (const auto& point : polygon) {
-    const std::array<double, 2> at{point[0], point[1] - strip_ * strip_height_};
-    cairo_line_to(cr, samples * at[0], samples * at[1]);
-    for (const int axis : {0, 1}) {
-      low_[axis] = std::min(low_[axis], samples * (at[axis] - line_width));
-      high_[axis] = std::max(high_[axis], samples * (at[axis] + line_width));
-    }
+  cairo_set_line_cap(cr, CAIRO_LINE_CAP_ROUND);
+  for (const Overlay::Line& line : overlay.lines) {
+    cairo_move_to(cr, line.from[0], line.from[1]);
+    cairo_line_to(cr, line.to[0], line.to[1]);
+    cairo_set_line_width(cr, line.width);
+    set_colour(cr, line.colour);
+    cairo_stroke(cr);
   }
-  cairo_close_path(cr);
-  set_source(ink);
-  if (!ink.edges) return cairo_fill(cr);
-  cairo_fill_preserve(cr);
-  set_source({line_colour, ink.opacity});
-  cairo_stroke(cr);
-}
-
-Canvas::Layer CairoCanvas::take() {
-  check(cairo_status(context_.get()));
-  cairo_surface_flush(surface_.get());
-  Layer layer;
-  if (!(low_[0] <= high_[0])) return layer;
-  const std::array<double, 2> end{static_cast<double>(samples * width_),
-                                  static_cast<double>(samples * strip_height_)};
-  const auto begin_of = [&](int axis) {
-    return static_cast<std::int32_t>(std::clamp(std::floor(low_[axis]) - 1, 0.0, end[axis]));
-  };
-  const auto end_of = [&](int axis) {
-    return static_cast<std::int32_t>(std::clamp(std::ceil(high_[axis]) + 1, 0.0, end[axis]));
-  };
-  layer.x = begin_of(0);
-  layer.y = begin_of(1);
-  layer.width = end_of(0) - layer.x;
-  layer.height = end_of(1) - layer.y;
-  for (int y = layer.y; y < layer.y + layer.height; ++y) {
-    std::uint32_t* samples_of_row = row(y) + layer.x;
-    for (int x = 0; x < layer.width; ++x) {
-      if (layer.runs.empty() || layer.runs.back() != samples_of_row[x])
-        layer.runs.insert(layer.runs.end(), {1, samples_of_row[x]});
-      else
-        ++layer.runs[layer.runs.size() - 2];
-    }
-    std::fill_n(samples_of_row, layer.width, 0);
+  cairo_select_font_face(cr, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+  for (const Overlay::Text& text : overlay.texts) {
+    cairo_set_font_size(cr, text.size);
+    cairo_text_extents_t extents;
+    cairo_text_extents(cr, text.words.c_str(), &extents);
+    cairo_move_to(cr, text.at[0] - text.align * extents.x_advance, text.at[1]);
+    set_colour(cr, text.colour);
+    cairo_show_text(cr, text.words.c_str());
   }
-  cairo_surface_mark_dirty(surface_.get());
-  forget();
-  return layer;
+  check(cairo_status(cr));
 }
 
-void CairoCanvas::put(const Layer& layer) {
-  if (layer.x < 0 || layer.y < 0 || layer.x + layer.width > samples * width_ ||
-      layer.y + layer.height > samples * strip_height_)
-    throw std::out_of_range("a layer that is larger than its canvas");
-  cairo_surface_flush(surface_.get());
-  std::size_t at = 0;  // in the layer, row by row
-  const std::size_t all = static_cast<std::size_t>(layer.width) * static_cast<std::size_t>(layer.height);
-  for (std::size_t run = 0; run + 1 < layer.runs.size(); run += 2) {
-    const std::size_t last = std::min(all, at + layer.runs[run]);
-    const std::uint32_t colour = layer.runs[run + 1];
-    for (; at < last && colour != 0; ++at) {
-      const auto width = static_cast<std::size_t>(layer.width);
-      row(layer.y + static_cast<int>(at / width))[layer.x + static_cast<int>(at % width)] = colour;
-    }
-    at = last;
-  }
-  cairo_surface_mark_dirty(surface_.get());
-  low_ = {0, 0};
-  high_ = {static_cast<double>(samples * width_), static_cast<double>(samples * strip_height_)};
+void draw_overlay(std::uint32_t* pixels, int width, int height, const Overlay& overlay) {
+  const Surface surface(
+      cairo_image_surface_create_for_data(reinterpret_cast<unsigned char*>(pixels), CAIRO_FORMAT_ARGB32,
+                                          width, height, width * static_cast<int>(sizeof *pixels)),
+      cairo_surface_destroy);
+  check(cairo_surface_status(surface.get()));
+  const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context(cairo_create(surface.get()),
+                                                                   cairo_destroy);
+  draw(context.get(), overlay);
+  cairo_surface_flush(surface.get());
 }
 
-void CairoCanvas::end_strip(const Colour& background) {
-  cairo_set_operator(context_.get(), CAIRO_OPERATOR_DEST_OVER);
-  cairo_set_source_rgb(context_.get(), background[0], background[1], background[2]);
-  cairo_paint(context_.get());
-  check(cairo_status(context_.get()));
-  cairo_surface_flush(surface_.get());
-  if (!image_) image_.reset(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_, height_));
-  check(cairo_surface_status(image_.get()));
-  cairo_surface_flush(image_.get());
-  const unsigned char* data = cairo_image_surface_get_data(surface_.get());
-  const int stride = cairo_image_surface_get_stride(surface_.get()), first = strip_ * strip_height_;
-  unsigned char* pixels = cairo_image_surface_get_data(image_.get()) +
-                          std::ptrdiff_t{first} * cairo_image_surface_get_stride(image_.get());
-  for (int y = 0; y < std::min(strip_height_, height_ - first); ++y) {
-    for (int x = 0; x < width_; ++x) {
-      std::array<unsigned, 4> sum{};
-      for (int i = 0; i < samples; ++i) {
-        const unsigned char* row =
-            data + std::ptrdiff_t{samples * y + i} * stride + std::ptrdiff_t{4} * samples * x;
-        for (int byte = 0; byte < 4 * samples; ++byte) sum[byte % 4] += row[byte];
-      }
-      unsigned char* pixel =
-          pixels + std::ptrdiff_t{y} * cairo_image_surface_get_stride(image_.get()) + std::ptrdiff_t{4} * x;
-      for (int byte = 0; byte < 4; ++byte) {
-        pixel[byte] = static_cast<unsigned char>((sum[byte] + samples * samples / 2) / (samples * samples));
-      }
-    }
-  }
-  cairo_surface_mark_dirty(image_.get());
-}
-
-std::string CairoCanvas::file() {
-  std::string bytes;
-  check(cairo_surface_write_to_png_stream(image_.get(), append, &bytes));
-  return bytes;
-}
-
-std::string draw_vectors(PictureFormat format, int width, int height, const Colour& background,
-                         const Drawing::Layer& all) {
+std::string draw_vectors(PictureFormat format, int width, int height, const Colour* background,
+                         const Polygons& all, const Overlay& overlay) {
   std::string bytes;
   {
     const Surface surface = vector_surface(format, bytes, width, height);
@@ -259,8 +92,10 @@ std::string draw_vectors(PictureFormat format, int width, int height, const Colo
     cairo_t* cr = context.get();
     cairo_set_line_join(cr, CAIRO_LINE_JOIN_ROUND);
     cairo_set_line_width(cr, line_width);
-    cairo_set_source_rgb(cr, background[0], background[1], background[2]);
-    cairo_paint(cr);
+    if (background != nullptr) {
+      set_colour(cr, *background);
+      cairo_paint(cr);
+    }
     std::uint32_t point = 0;
     for (std::size_t polygon = 0; polygon < all.ends.size(); ++polygon) {
       for (; point < all.ends[polygon]; ++point)
@@ -278,7 +113,7 @@ std::string draw_vectors(PictureFormat format, int width, int height, const Colo
       if (edges) cairo_set_source_rgba(cr, line_colour[0], line_colour[1], line_colour[2], ink[3]);
       cairo_stroke(cr);
     }
-    check(cairo_status(cr));
+    draw(cr, overlay);
     cairo_surface_finish(surface.get());
     check(cairo_surface_status(surface.get()));
   }
@@ -291,12 +126,8 @@ std::string draw_vectors(PictureFormat format, int width, int height, const Colo
   return bytes;
 }
 
-std::unique_ptr<Canvas> new_canvas(int width, int height) {
-  return std::make_unique<CairoCanvas>(width, height);
-}
-
 }  // namespace
 }  // namespace bsp2::supersteps
 
-BSP2_DEFINE_MODULE(bsp2::supersteps::CairoModule, bsp2::supersteps::new_canvas,
-                   bsp2::supersteps::draw_vectors)
+BSP2_DEFINE_MODULE(bsp2::supersteps::CairoModule, bsp2::supersteps::draw_vectors,
+                   bsp2::supersteps::draw_overlay)

@@ -1,16 +1,22 @@
 #pragma once
 
-#include "render/canvas.hpp"
+#include <cstdint>
+#include <string>
+
+#include "bsp2/supersteps/render/picture_format.hpp"
+#include "render/overlay.hpp"
+#include "render/polygons.hpp"
 
 namespace bsp2::supersteps {
 
 /// What bsp2-cairo does.
 struct CairoModule {
   static constexpr const char* name = "bsp2-cairo";
-  std::unique_ptr<Canvas> (*new_canvas)(int width, int height);
-  /// The bytes of an SVG or PDF file.
-  std::string (*draw_vectors)(PictureFormat format, int width, int height, const Colour& background,
-                              const Drawing::Layer& polygons);
+  /// The bytes of an SVG or PDF file. @param background may be null.
+  std::string (*draw_vectors)(PictureFormat format, int width, int height, const Colour* background,
+                              const Polygons& polygons, const Overlay& overlay);
+  /// Onto an image: 0xaarrggbb, row by row, colours multiplied by the opacity.
+  void (*draw_overlay)(std::uint32_t* pixels, int width, int height, const Overlay& overlay);
 };
 
 }  // namespace bsp2::supersteps

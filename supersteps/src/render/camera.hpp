@@ -47,12 +47,21 @@ class Camera {
     const Vector q = eye_ ? difference(p, *eye_) : p;
     return {dot(right_, q), dot(up_, q), dot(toward_, q)};
   }
+  /// The same of a direction.
+  [[nodiscard]] Vector turn(const Vector& v) const { return {dot(right_, v), dot(up_, v), dot(toward_, v)}; }
   /// Whether a polygon with this normal, through this point, both as seen, shows its front.
   [[nodiscard]] bool shows_front(const Vector& normal, const Vector& point) const {
     return eye_ ? dot(normal, point) < 0 : normal[2] > 0;
   }
   /// What of a seen polygon is before the eye.
   void clip(std::vector<Vector>& polygon) const;
+  /// The point of a seen plane (normal and offset) that has this place in the plane of the picture.
+  [[nodiscard]] Vector meet(const std::array<double, 4>& plane, const Point2& place) const {
+    const double across = plane[0] * place[0] + plane[1] * place[1];
+    if (!eye_) return {place[0], place[1], -(across + plane[3]) / plane[2]};
+    const double z = -plane[3] / (plane[2] - across);
+    return {-z * place[0], -z * place[1], z};
+  }
   /// The place of a seen point in the plane of the picture. @pre it is before the eye.
   [[nodiscard]] Point2 project(const Vector& seen) const {
     if (!eye_) return {seen[0], seen[1]};
@@ -97,6 +106,12 @@ class Frame {
   [[nodiscard]] Point2 place(const Point2& p) const {
     return {half_[0] + scale_ * (p[0] - middle_[0]), half_[1] - scale_ * (p[1] - middle_[1])};
   }
+  /// The place in the plane of the picture.
+  [[nodiscard]] Point2 unplace(const Point2& p) const {
+    return {middle_[0] + (p[0] - half_[0]) / scale_, middle_[1] - (p[1] - half_[1]) / scale_};
+  }
+  /// Pixels a unit of the plane of the picture.
+  [[nodiscard]] double scale() const { return scale_; }
 
  private:
   double scale_ = 1;

@@ -177,7 +177,7 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
     EXPECT_EQ(command.view.eye, (std::array{1.0, -2.5, 30.0}));
     EXPECT_EQ(command.view.look, (std::array{0.0, 0.0, 1.0}));
     EXPECT_EQ(command.view.explode, 0.5);
-    EXPECT_TRUE(command.view.edges);
+    EXPECT_EQ(command.view.edges, supersteps::Edges::cells);
     EXPECT_EQ(command.view.shade, supersteps::Shade::region);
     EXPECT_EQ(command.view.width, 640);
     EXPECT_EQ(command.view.height, 480);
@@ -189,6 +189,12 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
       message_for({"render", "a.h5", "-o", "p.png", "--shade", "rank"}).find("does not tell who computed"),
       std::string::npos);
   EXPECT_NE(message_for({"run", "a", "--edges"}).find("--picture"), std::string::npos);
+  EXPECT_EQ(parsed({"run", "--edges", "a.csg", "--picture", "a.png"}).view.edges, supersteps::Edges::cells);
+  EXPECT_EQ(parsed({"run", "a.csg", "--edges", "feature", "--picture", "a.png"}).view.edges,
+            supersteps::Edges::feature);
+  EXPECT_NE(message_for({"run", "a.csg", "--picture", "a.png", "--edges", "features"})
+                .find("did you mean 'feature'?"),
+            std::string::npos);
   for (const char* bad : {"--eye=1,2", "--eye=1,2,x", "--eye=1,2,nan", "--look=,,", "--size=10", "--size=0x5",
                           "--size=9999x9999", "--size=1.5x2", "--explode=-1", "--shade=pink"})
     EXPECT_NE(message_for({"run", "a", "--picture", "p.png", bad}), "") << bad;
@@ -360,9 +366,10 @@ TEST(CommandLine, WhatIsMistypedIsSuggested) {
   EXPECT_EQ(message_for({"rnu", "a.csg"}), "unknown command 'rnu'; did you mean 'run'? (see 'bsp2 --help')");
   EXPECT_EQ(message_for({"jobs", "mege", "q"}),
             "unknown command 'bsp2 jobs mege'; did you mean 'merge'? (see 'bsp2 jobs --help')");
-  EXPECT_EQ(message_for({"run", "a.csg", "--picture", "p.png", "--shade", "parts"}),
-            "--shade: must be part, rank, region, label, colour or color, not 'parts'; did you mean 'part'? "
-            "(see 'bsp2 run --help')");
+  EXPECT_EQ(
+      message_for({"run", "a.csg", "--picture", "p.png", "--shade", "parts"}),
+      "--shade: must be part, rank, region, label, level, colour or color, not 'parts'; did you mean 'part'? "
+      "(see 'bsp2 run --help')");
   EXPECT_EQ(message_for({"run", "a.csg", "--keep", "inn"}),
             "--keep: must be in, fuzzy or out, not 'inn'; did you mean 'in'? (see 'bsp2 run --help')");
   EXPECT_EQ(message_for({"run", "a.csg", "--order", "wild"}),
@@ -407,7 +414,7 @@ TEST(CommandLine, HelpFitsAScreenAndHelpAllHasEverything) {
 TEST(CommandLine, ShellsCompleteCommandsOptionsAndValues) {
   EXPECT_EQ(printed({"__complete", "qu"}), "query\tTell where points are, and how far from the surface\n");
   EXPECT_EQ(printed({"__complete", "run", "--sh"}),
-            "--shade\twhat colours tell: part, rank, region, label, or\n");
+            "--shade\twhat colours tell: part, rank, region, label\n");
   EXPECT_EQ(printed({"__complete", "run", "a.csg", "--collect", "t"}), "tree\t\n");
   EXPECT_EQ(printed({"__complete", "run", "--collect", "=", "m"}), "master\t\n");
   EXPECT_EQ(printed({"__complete", "run", "--collect", "="}), "master\t\ntree\t\nfile\t\n");

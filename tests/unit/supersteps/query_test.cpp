@@ -8,16 +8,15 @@
 #include <random>
 
 #include "bsp2/supersteps/loop/run.hpp"
+#include "render/camera.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::supersteps {
 namespace {
 
 namespace fs = std::filesystem;
-using Vector = std::array<double, 3>;
 
 Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vector& a) { return std::sqrt(dot(a, a)); }
 Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};

@@ -99,9 +99,10 @@ struct Network : Program {
   geometry::HyperplaneTable<D> table;
   std::vector<Producer<D>> producers;
   std::vector<geometry::OrientedHyperplane> planes;
-  std::vector<bool> shared;   ///< by hyperplane: whether it is in `planes` more than once
-  std::vector<Lathe> lathes;  ///< D = 3 only
-  std::vector<Mesh> meshes;   ///< D = 3 only
+  std::vector<bool> shared;    ///< by hyperplane: whether it is in `planes` more than once
+  std::vector<Lathe> lathes;   ///< D = 3 only
+  std::vector<Turned> turned;  ///< likewise: all stacks of polygons, by their maps
+  std::vector<Mesh> meshes;    ///< D = 3 only
   std::vector<Round<D>> rounds;
   std::vector<Torus> tori;  ///< D = 3 only
   std::vector<Spline<D>> splines;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -35,6 +36,21 @@ struct Lathe {
   double frame_error = 0;                         ///< of a point's coordinates in the own frame, by rounding
   double frame_scale = 0;  ///< the length in the own frame of a unit of the model, at most
   double slack = 0;        ///< in the own frame: how far merging may have moved a half-space
+};
+
+/// What is round about a stack of regular polygons: by it pictures tell how its facets bend.
+///
+/// Facets are numbered as those of a Lathe, and so are their covectors in the table, from the first one on.
+struct TurnedShape {
+  std::uint32_t first_covector = 0, sides = 0;
+  std::vector<std::pair<double, double>> rings;  ///< radius and z, in the frame as of a Lathe
+};
+
+/// One that is placed.
+struct Turned {
+  std::uint32_t map = 0;                     ///< in the table, from the frame into the model
+  std::int32_t primitive = 0;                ///< its number in the source
+  std::shared_ptr<const TurnedShape> shape;  ///< shared: by all occurrences of it
 };
 
 }  // namespace bsp2::dataflow

@@ -18,7 +18,15 @@ enum class Shade : std::uint8_t {
   part,
   rank,  ///< who computed the cell
   region,
-  label
+  label,
+  level  ///< how many cuts made the cell
+};
+
+/// Which edges are drawn as lines.
+enum class Edges : std::uint8_t {
+  none,
+  feature,  ///< of the solid: where its faces meet in more than 30 degrees, and where one is before another
+  cells
 };
 
 /// The format that a file's ending names.
@@ -40,7 +48,10 @@ struct PictureOptions {
   PictureFormat format = PictureFormat::png;
   int width = 1000, height = 1000;  ///< pixels; in PDF points
   Shade shade = Shade::colour;
-  bool edges = false;  ///< the edges of the cells as lines
+  Edges edges = Edges::none;
+  bool transparent = false;  ///< no background
+  bool legend = false;       ///< what the colours tell, but for Shade::colour
+  bool axes = false;         ///< where they point, and of a parallel projection the scale
   /// Where the viewer stands: a perspective picture. None: a parallel projection; D = 3 from the front (-y),
   /// the right and above, D = 2 the plane itself.
   std::optional<std::array<double, 3>> eye;
@@ -67,7 +78,9 @@ struct PictureOptions {
 ///
 /// From an eye within an IN cell the inner sides of the boundary are seen, as if the solid were clear.
 /// IN cells are opaque but for the model's own colours, FUZZY cells let half of what is behind them through,
-/// OUT cells are not drawn. z is up. Collective, within Ranks::together. Cost: h = what is drawn.
+/// OUT cells are not drawn. What is FUZZY when a run is complete is the skin of curved solids: it is drawn as
+/// the surface that it encloses, but for Shade::label. Facets of round primitives are lit as if they were
+/// bent, and corners are darker. z is up. Collective, within Ranks::together. Cost: h = what is drawn.
 /// @param at_eye is told, on all ranks, what is where the eye is; OUT without one, and for D = 2.
 /// @return the bytes of the file on the master, nothing elsewhere.
 /// @throws bsp2::Error for dimensions other than 2 and 3, and for an eye that is where it looks; with several

@@ -159,6 +159,7 @@ struct Answer {
 };
 
 struct RunResult;
+class RoundFaces;
 
 /// What a finished run can be asked later: it keeps the hyperplanes. Of the master, if that has all cells.
 /// Not collective; one thread at a time.
@@ -188,6 +189,8 @@ struct RunResult {
   geometry::BspTree partition;  ///< leaf k >= 1 is region k - 1
   std::vector<std::int32_t> rank_of_region;              ///< who computed it
   std::vector<std::optional<Rgba>> colour_of_primitive;  ///< as the model says; empty if it has no colours
+  std::shared_ptr<const RoundFaces>
+      round_faces;  ///< of pictures, D = 3; null: nothing is round. Shared: results are copied
   std::vector<std::string> part_names;  ///< by number; empty: nothing has a name, and the whole is part 0
   Bounds bounds;                        ///< of the model, before it is evaluated: they contain the solid
   std::optional<geometry::TriangleSurface> boundary;           ///< on the master, when asked for

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "render/camera.hpp"
+#include "render/ink.hpp"
+#include "render/round_faces.hpp"
+
+/// Light on what is seen.
+namespace bsp2::supersteps {
+
+/// How bright a face is: two lights, from the upper left before the solid and from the right, and a sky.
+/// @param normal of unit length, in the picture's axes.
+double brightness(const Vector& normal);
+
+/// What is seen in a pixel.
+struct Seen {
+  static constexpr float nothing = -std::numeric_limits<float>::infinity();
+  float depth = nothing;                 ///< from the eye, or from a plane through the origin
+  std::array<std::int16_t, 2> normal{};  ///< x and y in the picture's axes; 32767 is 1
+  [[nodiscard]] bool is_there() const { return depth != nothing; }
+};
+
+/// Knows where facets are, how they bend, and how bright that makes them. Any number of threads may ask.
+class Lighting {
+ public:
+  /// @param round of the model, or null. @param shifts of the regions. @param radius within which corners are
+  /// darker; 0: none is. @param skin how thick that of curved solids is. Camera, frame and round bodies are
+  /// kept as references.
+  Lighting(const Camera& camera, const Frame& frame, const RoundFaces* round, std::span<const Vector> shifts,
+           double radius, double skin);
+
+  /// The point of a facet's plane that is seen in a place of the picture.
+  [[nodiscard]] Vector point(const SeenFacet& facet, const Point2& place) const;
+  /// Its normal there: bent, if it is of something round.
+  [[nodiscard]] Vector normal(const SeenFacet& facet, const Vector& point) const;
+  /// Whether a line is drawn between two facets that are seen side by side: they meet in more than 30
+  /// degrees, or one is behind the other. Either may be null: nothing.
+  [[nodiscard]] bool is_edge(const SeenFacet* a, const Point2& at_a, const SeenFacet* b,
+                             const Point2& at_b) const;
+  [[nodiscard]] const Camera& camera() const { return camera_; }
+  [[nodiscard]] const Frame& frame() const { return frame_; }
+  [[nodiscard]] double radius() const { return radius_; }
+
+ private:
+  const Camera& camera_;
+  const Frame& frame_;
+  const RoundFaces* round_;
+  std::vector<Vector> shifts_;                     // as seen
+  std::vector<RoundFaces::Placement> placements_;  // likewise
+  double radius_, skin_;
+};
+
+/// How much light the surroundings keep away from each pixel, 0 to 255: corners and gaps are darker.
+///
+/// Ambient occlusion by what is seen within `radius`; a length of the model, so it is the same from wherever
+/// one looks. Source: McGuire, Osman, Bukowski, Hennessy, "The alchemy screen-space ambient obscurance
+/// algorithm" (2011).
+std::vector<std::uint8_t> occlusion(const Lighting& lighting, std::span<const Seen> seen, int width,
+                                    int height, double radius);
+
+}  // namespace bsp2::supersteps
