@@ -4,6 +4,7 @@
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
 #include "bsp2/io/outputs/animation.hpp"
 
@@ -19,7 +20,7 @@ unsigned most_level_of(const supersteps::SolidMesh& mesh) {
 
 }  // namespace
 
-void draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
+bool draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
                const supersteps::RunResult& result, unsigned threads,
                const std::function<bool()>& interrupted, const std::filesystem::path& path) {
   if (result.mesh.dimension != 3)
@@ -28,23 +29,28 @@ void draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
   const auto animation = io::Animation::begin(path, film.rate);
   unsigned done = 0;
   const auto check = [&] {
-    if (interrupted && interrupted()) throw Error("interrupted");
+    if (interrupted && interrupted()) throw geometry::Interrupted();
   };
-  check();
-  geometry::MadeAhead<std::string>::run(
-      film.count, threads,
-      [&](std::size_t i, std::string& picture) {
-        supersteps::Ranks alone;
-        supersteps::PictureOptions of_this = view_of(film, view, static_cast<unsigned>(i), most_level);
-        of_this.on_progress = nullptr;
-        picture = supersteps::render(alone, result, of_this);
-      },
-      [&](const std::string& picture) {
-        check();
-        animation->add(picture);
-        if (view.on_progress) view.on_progress(static_cast<double>(++done) / film.count);
-      });
+  try {
+    check();
+    geometry::MadeAhead<std::string>::run(
+        film.count, threads,
+        [&](std::size_t i, std::string& picture) {
+          supersteps::Ranks alone;
+          supersteps::PictureOptions of_this = view_of(film, view, static_cast<unsigned>(i), most_level);
+          of_this.on_progress = nullptr;
+          picture = supersteps::render(alone, result, of_this);
+        },
+        [&](const std::string& picture) {
+          check();
+          animation->add(picture);
+          if (view.on_progress) view.on_progress(static_cast<double>(++done) / film.count);
+        });
+  } catch (const geometry::Interrupted&) {
+    return false;
+  }
   animation->end();
+  return true;
 }
 
 }  // namespace bsp2::jobs

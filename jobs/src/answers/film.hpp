@@ -11,9 +11,10 @@ namespace bsp2::jobs {
 /// Draws the pictures of an animation and writes it. Not collective: of a result whose cells this process
 /// has.
 /// @param threads that draw. @param interrupted asked after each picture: true ends it without a file.
+/// @return whether there is one.
 /// @throws bsp2::Error as `supersteps::render` and `io::Animation`.
-void draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
-               const supersteps::RunResult& result, unsigned threads,
-               const std::function<bool()>& interrupted, const std::filesystem::path& path);
+[[nodiscard]] bool draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
+                             const supersteps::RunResult& result, unsigned threads,
+                             const std::function<bool()>& interrupted, const std::filesystem::path& path);
 
 }  // namespace bsp2::jobs

@@ -181,9 +181,9 @@ void draw_picture(const RunCommand& command, supersteps::RunResult& result, supe
   if (!possible) return;
   if (command.film)
     return ranks.agree([&] {
-      if (ranks.is_master())
-        draw_film(*command.film, command.view, result, result.report.threads, command.options.interrupted,
-                  *command.picture);
+      if (ranks.is_master() && !draw_film(*command.film, command.view, result, result.report.threads,
+                                          command.options.interrupted, *command.picture))
+        result.report.interrupted = true;
     });
   auto at_eye = geometry::Label::out;
   const std::string picture = supersteps::render(ranks, result, command.view, &at_eye);

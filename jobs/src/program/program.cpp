@@ -57,7 +57,9 @@ std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
 }
 
 void tell_interruption(const RunCommand& command, spdlog::logger& log) {
-  if (const auto& snapshot = command.options.snapshot)
+  if (command.film)
+    log.warn("interrupted; '{}' is not written", command.picture->string());
+  else if (const auto& snapshot = command.options.snapshot)
     log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}{}'", snapshot->string(),
              snapshot->string(), command.folder ? " -o " + command.folder->string() : "");
   else
