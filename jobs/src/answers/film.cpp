@@ -18,6 +18,11 @@ unsigned most_level_of(const supersteps::SolidMesh& mesh) {
   return most;
 }
 
+struct Frame {
+  std::string picture;
+  supersteps::PictureMemory memory;
+};
+
 }  // namespace
 
 bool draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
@@ -33,17 +38,18 @@ bool draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
   };
   try {
     check();
-    geometry::MadeAhead<std::string>::run(
+    geometry::MadeAhead<Frame>::run(
         film.count, threads,
-        [&](std::size_t i, std::string& picture) {
+        [&](std::size_t i, Frame& frame) {
           supersteps::Ranks alone;
           supersteps::PictureOptions of_this = view_of(film, view, static_cast<unsigned>(i), most_level);
           of_this.on_progress = nullptr;
-          picture = supersteps::render(alone, result, of_this);
+          of_this.memory = &frame.memory;
+          frame.picture = supersteps::render(alone, result, of_this);
         },
-        [&](const std::string& picture) {
+        [&](const Frame& frame) {
           check();
-          animation->add(picture);
+          animation->add(frame.picture);
           if (view.on_progress) view.on_progress(static_cast<double>(++done) / film.count);
         });
   } catch (const geometry::Interrupted&) {

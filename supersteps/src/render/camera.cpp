@@ -175,7 +175,9 @@ Frame::Frame(const Camera& camera, Extent extent, const std::optional<Vector>& l
     const double reach = std::max(high[axis] - middle_[axis], middle_[axis] - low[axis]);
     if (reach > 0) scale = std::min(scale, half_[axis] * (1 - 2 * margin) / reach);
   }
-  if (std::isfinite(scale)) scale_ = scale;
+  if (!std::isfinite(scale)) return;
+  scale_ = scale;
+  pixel_ = 1 / scale;
 }
 
 }  // namespace bsp2::supersteps

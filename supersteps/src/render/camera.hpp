@@ -108,13 +108,13 @@ class Frame {
   }
   /// The place in the plane of the picture.
   [[nodiscard]] Point2 unplace(const Point2& p) const {
-    return {middle_[0] + (p[0] - half_[0]) / scale_, middle_[1] - (p[1] - half_[1]) / scale_};
+    return {middle_[0] + pixel_ * (p[0] - half_[0]), middle_[1] - pixel_ * (p[1] - half_[1])};
   }
   /// Pixels a unit of the plane of the picture.
   [[nodiscard]] double scale() const { return scale_; }
 
  private:
-  double scale_ = 1;
+  double scale_ = 1, pixel_ = 1;  // one by the other
   Point2 middle_{}, half_;
 };
 

@@ -42,6 +42,11 @@ int first_behind(double place, int count) {
 
 }  // namespace
 
+PictureMemory::PictureMemory() : parts_(std::make_unique<CanvasMemory>()) {}
+PictureMemory::PictureMemory(PictureMemory&&) noexcept = default;
+PictureMemory& PictureMemory::operator=(PictureMemory&&) noexcept = default;
+PictureMemory::~PictureMemory() = default;
+
 void check_pictures() { cairo_module(); }
 
 Canvas::Canvas(const PictureOptions& options)
@@ -54,12 +59,13 @@ Canvas::Canvas(const PictureOptions& options)
       strip_height_(std::clamp(bytes_of_a_strip / (all_samples * 4 * width_),
                                (height_ + most_strips - 1) / most_strips, height_)),
       line_width_(enlargement(options)),
-      samples_(static_cast<std::size_t>(columns()) * static_cast<std::size_t>(rows())),
-      low_(static_cast<std::size_t>(rows())),
-      high_(static_cast<std::size_t>(rows())),
-      on_edge_(has_edges_ ? samples_.size() : 0),
-      image_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)),
-      seen_(image_.size()) {
+      memory_(options.memory != nullptr ? options.memory->parts() : own_) {
+  memory_.samples.resize(static_cast<std::size_t>(columns()) * static_cast<std::size_t>(rows()));
+  memory_.low.resize(static_cast<std::size_t>(rows()));
+  memory_.high.resize(static_cast<std::size_t>(rows()));
+  memory_.on_edge.resize(has_edges_ ? memory_.samples.size() : 0);
+  memory_.image.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
+  memory_.seen.assign(memory_.image.size(), Seen{});
   forget();
 }
 
@@ -75,26 +81,26 @@ std::array<std::uint8_t, 2> Canvas::strips_between(double low, double high) cons
 
 void Canvas::begin_strip(int strip) {
   strip_ = strip;
-  std::fill(samples_.begin(), samples_.end(), 0);
+  std::fill(memory_.samples.begin(), memory_.samples.end(), 0);
   forget();
 }
 
 void Canvas::forget() {
   const int down = (rows() + tile - 1) / tile;
-  free_.resize(static_cast<std::size_t>(tiles_across()) * static_cast<std::size_t>(down));
+  memory_.free.resize(static_cast<std::size_t>(tiles_across()) * static_cast<std::size_t>(down));
   for (int v = 0; v < down; ++v)
     for (int u = 0; u < tiles_across(); ++u)
-      free_[static_cast<std::size_t>(v * tiles_across() + u)] =
+      memory_.free[static_cast<std::size_t>(v * tiles_across() + u)] =
           static_cast<std::uint8_t>(std::min(tile, columns() - u * tile) * std::min(tile, rows() - v * tile));
   drawn_ = {columns(), 0, rows(), 0};
-  facets_.clear();
+  memory_.facets.clear();
 }
 
 void Canvas::fill(std::span<const Point2> polygon, const Ink& ink) {
   const int covered = std::clamp(static_cast<int>(std::lround(ink.opacity * all_samples)), 0, all_samples);
   if (ink.edges) draw_outline(polygon, ink);
-  facets_.push_back({ink.plane, packed(ink.colour), ink.round, ink.region});
-  fill_convex(polygon, static_cast<std::uint32_t>(facets_.size()), covered);
+  memory_.facets.push_back({ink.plane, packed(ink.colour), ink.round, ink.region});
+  fill_convex(polygon, static_cast<std::uint32_t>(memory_.facets.size()), covered);
 }
 
 bool Canvas::is_covered(const Point2& low, const Point2& high) const {
@@ -108,7 +114,7 @@ bool Canvas::is_covered(const Point2& low, const Point2& high) const {
             bottom = tile_at(high[1] + beyond - first_row, rows());
   for (int v = top; v <= bottom; ++v)
     for (int u = left; u <= right; ++u)
-      if (free_[static_cast<std::size_t>(v * tiles_across() + u)] != 0) return false;
+      if (memory_.free[static_cast<std::size_t>(v * tiles_across() + u)] != 0) return false;
   return true;
 }
 
@@ -116,36 +122,36 @@ bool Canvas::is_covered(const Point2& low, const Point2& high) const {
 /// up it bounds the polygon on different sides.
 void Canvas::fill_convex(std::span<const Point2> polygon, std::uint32_t facet, int covered) {
   const double first_row = strip_ * strip_height_ - halo_;
-  in_samples_.clear();
+  memory_.polygon.clear();
   double low = std::numeric_limits<double>::infinity(), high = -low, area = 0;
   for (const Point2& p : polygon) {
-    in_samples_.push_back({samples * p[0], samples * (p[1] - first_row)});
-    low = std::min(low, in_samples_.back()[1]);
-    high = std::max(high, in_samples_.back()[1]);
+    memory_.polygon.push_back({samples * p[0], samples * (p[1] - first_row)});
+    low = std::min(low, memory_.polygon.back()[1]);
+    high = std::max(high, memory_.polygon.back()[1]);
   }
   const int top = first_behind(low - 0.5, rows()), bottom = first_behind(high - 0.5, rows());
   if (top >= bottom) return;
-  const std::size_t corners = in_samples_.size();
+  const std::size_t corners = memory_.polygon.size();
   for (std::size_t i = 0; i < corners; ++i) {
-    const Point2 &p = in_samples_[i], &q = in_samples_[i + 1 < corners ? i + 1 : 0];
-    area += (p[0] - in_samples_[0][0]) * (q[1] - in_samples_[0][1]) -
-            (q[0] - in_samples_[0][0]) * (p[1] - in_samples_[0][1]);
+    const Point2 &p = memory_.polygon[i], &q = memory_.polygon[i + 1 < corners ? i + 1 : 0];
+    area += (p[0] - memory_.polygon[0][0]) * (q[1] - memory_.polygon[0][1]) -
+            (q[0] - memory_.polygon[0][0]) * (p[1] - memory_.polygon[0][1]);
   }
   for (std::size_t i = 0; i < corners; ++i) {
-    const Point2 &p = in_samples_[i], &q = in_samples_[i + 1 < corners ? i + 1 : 0];
+    const Point2 &p = memory_.polygon[i], &q = memory_.polygon[i + 1 < corners ? i + 1 : 0];
     const bool goes_down = p[1] < q[1];
     const Point2 &upper = goes_down ? p : q, &lower = goes_down ? q : p;
     const int begin = first_behind(upper[1] - 0.5, rows()), end = first_behind(lower[1] - 0.5, rows());
     if (begin >= end) continue;
     const double slope = (lower[0] - upper[0]) / (lower[1] - upper[1]);
-    double* side = goes_down == (area > 0) ? high_.data() : low_.data();
+    double* side = goes_down == (area > 0) ? memory_.high.data() : memory_.low.data();
     for (int y = begin; y < end; ++y) side[y] = upper[0] + (y + 0.5 - upper[1]) * slope;
   }
   int left = columns(), right = 0;
   for (int y = top; y < bottom; ++y) {
     const double middle = middle_in_row[static_cast<std::size_t>(y % samples)];
-    const int begin = first_behind(low_[static_cast<std::size_t>(y)] - middle, columns()),
-              end = first_behind(high_[static_cast<std::size_t>(y)] - middle, columns());
+    const int begin = first_behind(memory_.low[static_cast<std::size_t>(y)] - middle, columns()),
+              end = first_behind(memory_.high[static_cast<std::size_t>(y)] - middle, columns());
     if (begin >= end) continue;
     fill_row(y, begin, end, facet, covered);
     left = std::min(left, begin);
@@ -159,7 +165,7 @@ void Canvas::fill_convex(std::span<const Point2> polygon, std::uint32_t facet, i
 void Canvas::fill_row(int y, int begin, int end, std::uint32_t facet, int covered) {
   static constexpr std::array<int, all_samples> turn{1, 5, 3, 7, 0, 6, 4, 8, 2};  // of each sample of a pixel
   const int* turns = turn.data() + samples * (y % samples);
-  std::uint8_t* free = free_.data() + std::ptrdiff_t{y / tile} * tiles_across();
+  std::uint8_t* free = memory_.free.data() + std::ptrdiff_t{y / tile} * tiles_across();
   std::uint32_t* of_row = row(y);
   for (int x = begin; x < end;) {
     const int next = std::min(end, (x / tile + 1) * tile);
@@ -180,7 +186,7 @@ void Canvas::fill_row(int y, int begin, int end, std::uint32_t facet, int covere
 
 void Canvas::draw_outline(std::span<const Point2> polygon, const Ink& ink) {
   const int covered = std::clamp(static_cast<int>(std::lround(ink.opacity * all_samples)), 0, all_samples);
-  facets_.push_back({{}, packed(line_colour), {}, 0});
+  memory_.facets.push_back({{}, packed(line_colour), {}, 0});
   const double half = outline_width / 2 * line_width_;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Point2 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
@@ -189,7 +195,7 @@ void Canvas::draw_outline(std::span<const Point2> polygon, const Ink& ink) {
     const double u = half * (q[0] - p[0]) / length, v = half * (q[1] - p[1]) / length;
     const std::array<Point2, 4> line{Point2{p[0] - u + v, p[1] - v - u}, Point2{q[0] + u + v, q[1] + v - u},
                                      Point2{q[0] + u - v, q[1] + v + u}, Point2{p[0] - u - v, p[1] - v + u}};
-    fill_convex(line, static_cast<std::uint32_t>(facets_.size()), covered);
+    fill_convex(line, static_cast<std::uint32_t>(memory_.facets.size()), covered);
   }
 }
 
@@ -203,13 +209,13 @@ Canvas::Layer Canvas::take() {
   layer.y = drawn_[2];
   layer.width = drawn_[1] - drawn_[0];
   layer.height = drawn_[3] - drawn_[2];
-  std::vector<std::uint32_t> number(facets_.size() + 1);  // of those that are seen
+  std::vector<std::uint32_t> number(memory_.facets.size() + 1);  // of those that are seen
   for (int y = layer.y; y < layer.y + layer.height; ++y) {
     std::uint32_t* of_row = row(y) + layer.x;
     for (int x = 0; x < layer.width; ++x) {
       const std::uint32_t facet = of_row[x];
       if (facet != 0 && number[facet] == 0) {
-        layer.facets.push_back(facets_[facet - 1]);
+        layer.facets.push_back(memory_.facets[facet - 1]);
         number[facet] = static_cast<std::uint32_t>(layer.facets.size());
       }
       if (layer.runs.empty() || layer.runs.back() != number[facet])
@@ -226,8 +232,8 @@ Canvas::Layer Canvas::take() {
 void Canvas::put(const Layer& layer) {
   if (layer.x < 0 || layer.y < 0 || layer.x + layer.width > columns() || layer.y + layer.height > rows())
     throw std::out_of_range("a layer that is larger than its canvas");
-  const auto before = static_cast<std::uint32_t>(facets_.size());
-  facets_.insert(facets_.end(), layer.facets.begin(), layer.facets.end());
+  const auto before = static_cast<std::uint32_t>(memory_.facets.size());
+  memory_.facets.insert(memory_.facets.end(), layer.facets.begin(), layer.facets.end());
   const auto width = static_cast<std::size_t>(layer.width),
              all = width * static_cast<std::size_t>(layer.height);
   std::size_t at = 0;  // in the layer, row by row
@@ -248,8 +254,10 @@ Point2 Canvas::place_of_sample(int x, int y) const {
 }
 
 void Canvas::find_edges(const Lighting& lighting) {
-  std::fill(on_edge_.begin(), on_edge_.end(), 0);
-  const auto facet = [&](std::uint32_t number) { return number == 0 ? nullptr : &facets_[number - 1]; };
+  std::fill(memory_.on_edge.begin(), memory_.on_edge.end(), 0);
+  const auto facet = [&](std::uint32_t number) {
+    return number == 0 ? nullptr : &memory_.facets[number - 1];
+  };
   const auto compare = [&](int x, int y, int u, int v) {
     const std::uint32_t a = row(y)[x], b = row(v)[u];
     if (a == b || !lighting.is_edge(facet(a), place_of_sample(x, y), facet(b), place_of_sample(u, v))) return;
@@ -269,7 +277,7 @@ void Canvas::mark_edge(int x, int y) {
   const int far = static_cast<int>(reach);
   for (int v = std::max(0, y - far); v <= std::min(rows() - 1, y + far); ++v)
     for (int u = std::max(0, x - far); u <= std::min(columns() - 1, x + far); ++u)
-      if ((u - x) * (u - x) + (v - y) * (v - y) <= reach * reach) on_edge_[index_of_sample(u, v)] = 1;
+      if ((u - x) * (u - x) + (v - y) * (v - y) <= reach * reach) memory_.on_edge[index_of_sample(u, v)] = 1;
 }
 
 /// The line of an edge over samples: those that show something, and some beside them. @return how many are
@@ -290,7 +298,7 @@ Colour Canvas::light(const SeenFacet& facet, std::size_t pixel, const Point2& mi
   const Vector point = lighting.point(facet, middle), normal = lighting.normal(facet, point);
   const double light = brightness(normal);
   if (is_there)
-    seen_[pixel] = {
+    memory_.seen[pixel] = {
         static_cast<float>(-point[2]),
         {static_cast<std::int16_t>(32767 * normal[0]), static_cast<std::int16_t>(32767 * normal[1])}};
   for (double& channel : colour) channel = std::min(1.0, light * channel);
@@ -304,7 +312,7 @@ void Canvas::light_pixel(int x, int y, const Lighting& lighting) {
   for (int i = 0; i < samples; ++i) {
     std::copy_n(row(first_row + i) + std::ptrdiff_t{samples} * x, samples, facets.begin() + samples * i);
     for (int k = 0; has_edges_ && k < samples; ++k)
-      on_edges += on_edge_[index_of_sample(samples * x + k, first_row + i)];
+      on_edges += memory_.on_edge[index_of_sample(samples * x + k, first_row + i)];
   }
   const bool is_uniform = std::equal(facets.begin() + 1, facets.end(), facets.begin());
   if (is_uniform && facets[0] == 0 && on_edges == 0) return;
@@ -312,7 +320,8 @@ void Canvas::light_pixel(int x, int y, const Lighting& lighting) {
   const auto pixel =
       static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
   if (is_uniform && facets[0] != 0 && on_edges == 0) {
-    image_[pixel] = 0xff000000U | packed(light(facets_[facets[0] - 1], pixel, middle, lighting, true));
+    memory_.image[pixel] =
+        0xff000000U | packed(light(memory_.facets[facets[0] - 1], pixel, middle, lighting, true));
     return;
   }
   const std::uint32_t first =
@@ -324,13 +333,13 @@ void Canvas::light_pixel(int x, int y, const Lighting& lighting) {
     for (same = i + 1; same < all_samples && facets[same] == facets[i]; ++same) {
     }
     if (facets[i] == 0) continue;
-    const Colour colour = light(facets_[facets[i] - 1], pixel, middle, lighting, facets[i] == centre);
+    const Colour colour = light(memory_.facets[facets[i] - 1], pixel, middle, lighting, facets[i] == centre);
     for (std::size_t k = 0; k < 3; ++k) sum[k] += static_cast<double>(same - i) * colour[k];
     covered += static_cast<int>(same - i);
   }
   const double opaque = draw_line(sum, covered, on_edges);
   for (double& channel : sum) channel /= all_samples;
-  image_[pixel] = static_cast<std::uint32_t>(255 * opaque / all_samples + 0.5) << 24 | packed(sum);
+  memory_.image[pixel] = static_cast<std::uint32_t>(255 * opaque / all_samples + 0.5) << 24 | packed(sum);
 }
 
 void Canvas::end_strip(const Lighting& lighting) {
@@ -343,22 +352,22 @@ void Canvas::end_strip(const Lighting& lighting) {
 std::string Canvas::file(const Lighting& lighting, const Overlay& overlay) {
   constexpr double most = 0.75;  // of the light that corners lose
   std::vector<std::uint8_t> dark;
-  if (lighting.radius() > 0) dark = occlusion(lighting, seen_, width_, height_, lighting.radius());
+  if (lighting.radius() > 0) dark = occlusion(lighting, memory_.seen, width_, height_, lighting.radius());
   const std::uint32_t empty = is_transparent_ ? 0 : 0xff000000U | packed(background);
-  for (std::size_t i = 0; i < image_.size(); ++i) {
-    const std::uint32_t opacity = image_[i] >> 24;
+  for (std::size_t i = 0; i < memory_.image.size(); ++i) {
+    const std::uint32_t opacity = memory_.image[i] >> 24;
     const double lit = dark.empty() ? 1 : 1 - most / 255 * dark[i];
     if (opacity == 0) {
-      image_[i] = empty;
+      memory_.image[i] = empty;
     } else if (opacity < 255 || lit < 1) {
-      Colour colour = unpacked(image_[i]);
+      Colour colour = unpacked(memory_.image[i]);
       const double behind = is_transparent_ ? 0 : (255 - opacity) / 255.0;
       for (std::size_t k = 0; k < 3; ++k) colour[k] = lit * colour[k] + behind * background[k];
-      image_[i] = (is_transparent_ ? opacity << 24 : 0xff000000U) | packed(colour);
+      memory_.image[i] = (is_transparent_ ? opacity << 24 : 0xff000000U) | packed(colour);
     }
   }
-  if (!overlay.is_empty()) cairo_module().draw_overlay(image_.data(), width_, height_, overlay);
-  return png_file(image_, width_, height_, is_transparent_);
+  if (!overlay.is_empty()) cairo_module().draw_overlay(memory_.image.data(), width_, height_, overlay);
+  return png_file(memory_.image, width_, height_, is_transparent_);
 }
 
 void Drawing::fill(std::span<const Point2> polygon, const Ink& ink) {

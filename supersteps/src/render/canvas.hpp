@@ -36,6 +36,18 @@ struct Layer {
   }
 };
 
+/// What a canvas has in memory: large parts that the next one can have.
+struct CanvasMemory {
+  std::vector<SeenFacet> facets;
+  std::vector<std::uint32_t> samples;  ///< of the strip and its halos: a facet's number from 1
+  std::vector<std::uint8_t> free;      ///< samples of each tile that show nothing yet
+  std::vector<Point2> polygon;         ///< that is drawn, in samples
+  std::vector<double> low, high;       ///< likewise, by row
+  std::vector<std::uint8_t> on_edge;   ///< by sample
+  std::vector<std::uint32_t> image;    ///< 0xaarrggbb, colours multiplied by the opacity
+  std::vector<Seen> seen;              ///< by pixel
+};
+
 /// An image that polygons are filled into.
 ///
 /// It has nine samples a pixel, each of which knows the facet that is seen there; light comes at the end.
@@ -81,20 +93,12 @@ class Canvas {
   bool is_transparent_;
   int halo_, strip_height_, strip_ = 0;  // pixels; the halo: rows above and below a strip that are drawn, too
   double line_width_;
-  std::vector<SeenFacet> facets_;
-  std::vector<std::uint32_t> samples_;  // of the strip and its halos: a facet's number from 1
-  /// Samples of each tile that show nothing yet.
-  std::vector<std::uint8_t> free_;
-  std::vector<Point2> in_samples_;     // of the polygon that is drawn
-  std::vector<double> low_, high_;     // likewise, by row
-  std::array<int, 4> drawn_{};         // x and y, first and end, of what has been drawn
-  std::vector<std::uint8_t> on_edge_;  // by sample
-  std::vector<std::uint32_t> image_;   // red, green, blue, covered share; what is not covered is black
-  std::vector<Seen> seen_;             // by pixel
+  CanvasMemory own_, &memory_;  // what is used: that of who asks for pictures, if there is one
+  std::array<int, 4> drawn_{};  // x and y, first and end, of what has been drawn
 
   [[nodiscard]] int columns() const { return samples * width_; }
   [[nodiscard]] int rows() const { return samples * (strip_height_ + 2 * halo_); }
-  [[nodiscard]] std::uint32_t* row(int y) { return samples_.data() + std::ptrdiff_t{y} * columns(); }
+  [[nodiscard]] std::uint32_t* row(int y) { return memory_.samples.data() + std::ptrdiff_t{y} * columns(); }
   [[nodiscard]] int tiles_across() const { return (columns() + tile - 1) / tile; }
   void forget();
   void fill_convex(std::span<const Point2> polygon, std::uint32_t facet, int covered);

@@ -93,7 +93,7 @@ class Occlusion {
     bool is_there = false;
   };
   /// Taps in a spiral, turned from knot to knot, so that there are no rings; what they differ by is smoothed.
-  static constexpr int taps = 16, pattern = 4;
+  static constexpr int taps = 12, pattern = 4;
   std::array<std::array<Point2, taps>, pattern * pattern> taps_;
 
   const Lighting& lighting_;

@@ -39,6 +39,7 @@ class RoundFaces {
   }
   /// Whether it is truly round, and not made of facets.
   [[nodiscard]] bool is_curved(std::int32_t body) const { return body >= first_curved_; }
+  [[nodiscard]] bool has_curved() const { return first_curved_ < static_cast<std::int32_t>(bodies_.size()); }
   /// How far a point of the model is from the surface of what is truly round, about.
   [[nodiscard]] double distance(std::int32_t body, const Vector& point) const;
   /// What the solid behind it belongs to; of a hole: what made it.

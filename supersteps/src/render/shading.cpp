@@ -137,7 +137,7 @@ Inks::Inks(const RunResult& result, const PictureOptions& options, const Numbers
     least_ = numbers.present.front();
     most_ = numbers.present.back();
   }
-  has_skins_ = result.round_faces && options.shade != Shade::label;
+  has_skins_ = result.round_faces && result.round_faces->has_curved() && options.shade != Shade::label;
   if (has_skins_) find_owners();
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -43,6 +44,21 @@ struct PictureSection {
   bool keeps_upper = true;  ///< what is left has x_axis >= at; else x_axis <= at
 };
 
+struct CanvasMemory;
+
+/// Memory that pictures have one after the other, so that it need not be made anew for each. One at a time.
+class PictureMemory {
+ public:
+  PictureMemory();
+  PictureMemory(PictureMemory&&) noexcept;
+  PictureMemory& operator=(PictureMemory&&) noexcept;
+  ~PictureMemory();
+  [[nodiscard]] CanvasMemory& parts() const { return *parts_; }
+
+ private:
+  std::unique_ptr<CanvasMemory> parts_;
+};
+
 /// Camera and looks of a picture. Lengths and points are in model units; in the plane z = 0.
 struct PictureOptions {
   PictureFormat format = PictureFormat::png;
@@ -67,7 +83,8 @@ struct PictureOptions {
   double ball = 0;
   std::optional<PictureSection> section;  ///< D = 3, from an eye outside the solid
   std::optional<unsigned> most_level;     ///< cells that more cuts made are not drawn
-  Bounds bounds;  ///< what the picture is made to show; empty: what there is to be drawn
+  Bounds bounds;                    ///< what the picture is made to show; empty: what there is to be drawn
+  PictureMemory* memory = nullptr;  ///< may be null; of a PNG picture
   /// Told the share of this rank's cells that is drawn, in [0, 1], now and then; may be empty.
   std::function<void(double done)> on_progress;
 };
