@@ -166,12 +166,14 @@ class Painter {
     fill(ink);
   }
 
-  /// The skin of something curved is bent where a facet of it is not.
+  /// The skin of something curved is bent where a facet of it is not, but for where it ends in a face of the
+  /// model.
   [[nodiscard]] Ink of_facet(const Ink& ink, const geometry::CellBatch& batch, std::size_t facet) const {
     Ink result = ink;
-    if (round_ == nullptr || ink.round.body >= 0) return result;
+    if (round_ == nullptr) return result;
     const std::int32_t plane = batch.facet_hyperplane[facet];
-    result.round = round_->of(static_cast<geometry::HyperplaneId>(plane < 0 ? ~plane : plane));
+    const auto id = static_cast<geometry::HyperplaneId>(plane < 0 ? ~plane : plane);
+    if (ink.round.body < 0 || round_->is_of_model(id)) result.round = round_->of(id);
     return result;
   }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -26,7 +27,7 @@ std::optional<std::uint32_t> segment_of(const dataflow::TurnedShape& shape, std:
 
 }  // namespace
 
-RoundFaces::RoundFaces(const dataflow::Network<3>& network) {
+RoundFaces::RoundFaces(const dataflow::Network<3>& network) : planes_(network.table.size()) {
   add_turned(network);
   first_curved_ = static_cast<std::int32_t>(bodies_.size());
   add_curved(network);
@@ -201,6 +202,8 @@ double RoundFaces::distance(std::int32_t number, const Vector& point) const {
   const double radius = std::sqrt(q[0] * q[0] + q[1] * q[1]), unit = std::sqrt(dot(x, x));
   if (body.kind == Kind::ball) return std::fabs(std::sqrt(dot(q, q)) - 1) / unit;
   if (body.kind == Kind::torus) return std::fabs(std::hypot(radius - 1, q[2]) - body.inner) / unit;
+  constexpr double slack = 1e-2;  // beyond its ends is nothing of it
+  if (q[2] < -slack || q[2] > 1 + slack) return std::numeric_limits<double>::infinity();
   const Segment& side = body.segments.front();
   const double at = side.ends[0][0] + q[2] * (side.ends[1][0] - side.ends[0][0]);
   return std::fabs(radius - at) / unit;

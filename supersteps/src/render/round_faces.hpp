@@ -39,6 +39,8 @@ class RoundFaces {
   }
   /// Whether it is truly round, and not made of facets.
   [[nodiscard]] bool is_curved(std::int32_t body) const { return body >= first_curved_; }
+  /// Whether the hyperplane is one of the model, and not a cut, nor of what encloses a curved solid.
+  [[nodiscard]] bool is_of_model(geometry::HyperplaneId hyperplane) const { return hyperplane < planes_; }
   [[nodiscard]] bool has_curved() const { return first_curved_ < static_cast<std::int32_t>(bodies_.size()); }
   /// How far a point of the model is from the surface of what is truly round, about.
   [[nodiscard]] double distance(std::int32_t body, const Vector& point) const;
@@ -72,6 +74,7 @@ class RoundFaces {
   };
   std::vector<Body> bodies_;
   std::int32_t first_curved_ = 0;     ///< those from here on are truly round
+  std::size_t planes_ = 0;            ///< of the model
   std::vector<RoundPlace> of_plane_;  ///< by id
   std::vector<Family> families_;      ///< ascending
 
