@@ -146,12 +146,16 @@ class SolverMeshMaker {
     summary_.cells_at_first = shaped.tetrahedra_at_first;
     summary_.moved_points = shaped.moved_points;
     summary_.largest_move = shaped.largest_move;
+    summary_.taken_away = shaped.taken_away;
     if (shaped.moved_points > 0)
       made_.notes.push_back(fmt::format(
           "{} moved, by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}; the "
           "volume changed by {:.3g}",
           counted(shaped.moved_points, "# corner[s] of the solid [was|were]"), shaped.largest_move, dashes_,
           options.clean, total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before));
+    if (shaped.taken_away > 0)
+      made_.notes.push_back(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away, ") +
+                            "between what doubles hold for one plane or line");
     name_faces();
     tell_quality();
     summary_.seconds_of_shape = seconds_since(start);

@@ -64,6 +64,7 @@ std::string with_mesh(const std::string& report, const MeshSummary& summary) {
     mesh["clean"] = summary.clean;
     mesh["moved_corners"] = summary.moved_points;
     mesh["largest_move"] = summary.largest_move;
+    mesh["taken_away"] = summary.taken_away;
     mesh["dihedral_angles"] = {{"smallest", summary.smallest_angle},
                                {"largest", summary.largest_angle},
                                {"mean_smallest", summary.mean_smallest_angle},

@@ -17,8 +17,7 @@ std::array<std::uint32_t, 3> sorted(std::uint32_t a, std::uint32_t b, std::uint3
   return all;
 }
 
-constexpr double hardly_turned = -1e-7;  // a shape that rounding makes of flat ones
-constexpr std::size_t most_around = 9;   // of an edge that is removed: more are hardly ever worth it
+constexpr std::size_t most_around = 9;  // of an edge that is removed: more are hardly ever worth it
 
 }  // namespace
 
@@ -299,13 +298,15 @@ bool Editor::keeps_topology(std::uint32_t u, std::uint32_t v, const Ring& ring) 
 bool Editor::collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& limits) {
   const Ring ring = ring_of(u, v);
   if (ring.tetrahedra.empty()) return false;
-  const bool goes_along = may_go_along(u, v, ring);
-  if (!goes_along && !limits.moves_corners) return false;
+  if (!may_go_along(u, v, ring)) return false;
   double least = 1;
   bool has_turned = false;
+  double deepest = 0;
   for (const std::uint32_t t : star_[u]) {
     least = std::min(least, tetrahedra_[t].shape);
-    has_turned = has_turned || tetrahedra_[t].shape <= 0;
+    if (tetrahedra_[t].shape > 0) continue;
+    has_turned = true;
+    deepest = std::max(deepest, depth(tetrahedra_[t].point));
   }
   // Of tetrahedra around u that are turned over already, as many may not be left.
   int turned_before = 0, turned_after = 0;
@@ -322,22 +323,15 @@ bool Editor::collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& li
     Quad p = tet.point;
     p[static_cast<std::size_t>(tet.place_of(u))] = v;
     const double now = shape(p);
-    if (now <= 0 && (!has_turned || now < std::min(least, hardly_turned))) return false;
+    if (now <= 0 && (!has_turned || (now < hardly_turned && depth(p) > deepest))) return false;
     if (now <= 0) ++turned_after;
     if (now > 0 && !has_turned && now < enough) return false;
     if (limits.length > 0)
       for (const std::uint32_t q : p)
         if (q != v && squared_distance(points_[q], points_[v]) > limits.length * limits.length) return false;
   }
-  if (has_turned &&
-      (turned_after > turned_before - (limits.moves_corners ? 0 : 1) || !keeps_topology(u, v, ring)))
-    return false;
-  if (!goes_along && !has_turned && !keeps_topology(u, v, ring)) return false;
-  struct New {
-    Quad point;
-    Sides side;
-    std::int32_t part;
-  };
+  if (has_turned && turned_after >= turned_before) return false;
+  if (!keeps_topology(u, v, ring)) return false;
   // What was on the one face of a tetrahedron that goes is now on the other one.
   for (const std::uint32_t t : ring.tetrahedra) {
     const Tetrahedron& tet = tetrahedra_[t];
@@ -359,7 +353,6 @@ bool Editor::collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& li
   }
   while (!star_[u].empty()) remove(star_[u].back());
   for (const New& tet : made) add(tet.point, tet.side, tet.part);
-  if (!goes_along && kind_[u] != inside) kind_[v] = corner;
   return true;
 }
 
@@ -546,6 +539,23 @@ double Editor::fill(Arc& arc, std::uint32_t u, std::uint32_t v, double enough) c
   return best[at(0, n - 1)];
 }
 
+/// Whether the triangles that fill an arc, and their edges across it, are none that there are elsewhere:
+/// around what is turned over that can be.
+bool Editor::is_new(const Arc& arc) const {
+  const int last = static_cast<int>(arc.points.size()) - 1;
+  const auto is_there = [&](int x, int y, int z) {
+    return std::any_of(star_[arc.points[x]].begin(), star_[arc.points[x]].end(), [&](std::uint32_t t) {
+      return tetrahedra_[t].place_of(arc.points[y]) >= 0 && tetrahedra_[t].place_of(arc.points[z]) >= 0;
+    });
+  };
+  return std::none_of(arc.triangles.begin(), arc.triangles.end(), [&](const auto& triangle) {
+    const auto& [i, j, k] = triangle;
+    for (const auto& [x, y] : {std::pair(i, j), std::pair(j, k), std::pair(i, k)})
+      if (y != x + 1 && (x > 0 || y < last) && is_there(x, y, y)) return true;
+    return is_there(i, j, k);
+  });
+}
+
 bool Editor::remove_edge(std::uint32_t u, std::uint32_t v) {
   const Ring ring = ring_of(u, v);
   if (ring.tetrahedra.size() < (ring.is_inside() ? 3U : 1U)) return false;
@@ -559,6 +569,7 @@ bool Editor::remove_edge(std::uint32_t u, std::uint32_t v) {
     if (fill(arc, u, v, enough) <= enough) return false;
     // Two faces that are one already: nothing may be on them.
     if (arc.points.size() == 2 && (arc.outer[0][0] != inner || arc.outer[0][1] != inner)) return false;
+    if (!is_new(arc)) return false;
   }
   if (!ring.is_inside()) {  // the new edge must be none that is there
     const std::uint32_t a = ring.sides[0].first, b = ring.sides[1].first;
@@ -628,19 +639,21 @@ double Editor::worst_with(std::uint32_t p, const Point& x, double enough) const 
 }
 
 bool Editor::nudge(std::uint32_t p, const Point& to) {
+  double deepest = 0;
+  for (const std::uint32_t t : star_[p])
+    if (tetrahedra_[t].shape <= 0) deepest = std::max(deepest, depth(tetrahedra_[t].point));
   const Point from = std::exchange(points_[p], to);
   std::vector<double> shapes;
-  bool is_better = false;
+  bool is_better = false, is_worse = false;
   for (const std::uint32_t t : star_[p]) {
-    shapes.push_back(shape(tetrahedra_[t].point));
-    const bool was_right = tetrahedra_[t].shape > 0, is_right = shapes.back() > 0;
-    if (was_right && !is_right) {
-      points_[p] = from;
-      return false;
-    }
+    const double now = shapes.emplace_back(shape(tetrahedra_[t].point));
+    const bool was_right = tetrahedra_[t].shape > 0, is_right = now > 0;
+    is_worse = is_worse || (was_right && !is_right) ||
+               (now < hardly_turned && depth(tetrahedra_[t].point) > deepest);
     is_better = is_better || is_right != was_right;
+    if (is_worse) break;
   }
-  if (!is_better) {
+  if (is_worse || !is_better) {
     points_[p] = from;
     return false;
   }

@@ -47,11 +47,10 @@ class Editor {
   [[nodiscard]] double worst_at(std::uint32_t p) const;
 
   struct CollapseLimits {
-    double shape;                ///< of what comes of it, or what is there now if that is worse
-    double length;               ///< of edges that come of it
-    bool moves_corners = false;  ///< kinds do not matter, if only the topology stays
+    double shape;   ///< of what comes of it, or what is there now if that is worse
+    double length;  ///< of edges that come of it
   };
-  /// Moves u to v.
+  /// Moves u to v, along what u is on.
   bool collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& limits);
   /// A new point in the middle of an edge. @param least the shape of what comes of it, at least.
   /// @return the point, or `none` if it was refused.
@@ -66,6 +65,23 @@ class Editor {
   bool smooth(std::uint32_t p);
   /// Moves a point of any kind if fewer tetrahedra are flat or turned over then, and none is that was not.
   bool nudge(std::uint32_t p, const Point& to);
+
+  // Mending: after each of these steps fewer tetrahedra are flat or turned over, or by less, and none is by
+  // more than those that have gone. They may change what touches what, where it is closer than `most`.
+
+  /// Moves a point inside to where all around it is right side out, if there is such a place.
+  bool centre(std::uint32_t p);
+  /// Moves u to v, whatever they are on; as many may be turned over as before, or more if these are flat but
+  /// for rounding.
+  bool merge(std::uint32_t u, std::uint32_t v, bool may_leave_more);
+  /// Where a point of the tetrahedron is on one of its edges, the edge leads through the point.
+  bool attach(std::uint32_t t, double most);
+  /// Where two edges of the tetrahedron cross, both lead through a new point.
+  bool cross_edges(std::uint32_t t, double most);
+  /// Takes out the tetrahedron with those around it, and fills the hole from a new point inside.
+  bool hollow(std::uint32_t t);
+  /// Takes away a tetrahedron whose outer faces lie on its others.
+  bool peel(std::uint32_t t, double most);
 
  private:
   /// The tetrahedra around an edge, and what is on it.
@@ -82,6 +98,28 @@ class Editor {
     std::int32_t part = 0;
     bool is_closed = false;
     std::vector<std::array<int, 3>> triangles;
+  };
+
+  struct New {
+    std::array<std::uint32_t, 4> point;
+    std::array<std::int32_t, 4> side;
+    std::int32_t part;
+  };
+  enum class Gain : std::uint8_t { less, no_more, none_deeper };  // of what is turned over
+  struct Change {
+    std::vector<std::uint32_t> removed;
+    std::vector<New> added;
+    std::vector<std::pair<std::array<std::uint32_t, 3>, std::int32_t>> hints;
+    std::int32_t side = inner;  // of faces that were on none
+  };
+  /// A face of a tetrahedron before or after a change.
+  struct FaceUse {
+    std::array<std::uint32_t, 3> face;  // ascending
+    enum From : std::uint8_t { gone, kept, made } from;
+    std::uint32_t index;
+    int place;
+    std::int32_t side, part;
+    bool is_even;  // on which side of the face the tetrahedron is
   };
 
   std::vector<PlaneSide> sides_;
@@ -101,11 +139,24 @@ class Editor {
   [[nodiscard]] std::optional<std::array<std::uint32_t, 2>> ends_along(std::uint32_t p) const;
   [[nodiscard]] double worst_with(std::uint32_t p, const Point& x, double enough) const;
   bool arcs_of(std::uint32_t u, std::uint32_t v, const Ring& ring, std::vector<Arc>& arcs) const;
+  [[nodiscard]] bool is_new(const Arc& arc) const;
   double fill(Arc& arc, std::uint32_t u, std::uint32_t v, double enough) const;
   std::uint32_t add(const std::array<std::uint32_t, 4>& points, const std::array<std::int32_t, 4>& sides,
                     std::int32_t part);
   void remove(std::uint32_t t);
   void replace_with_middle(const Ring& ring, std::uint32_t u, std::uint32_t v, std::uint32_t m);
+  [[nodiscard]] double depth(const std::array<std::uint32_t, 4>& p) const;
+  [[nodiscard]] std::vector<FaceUse> uses_of(const Change& change) const;
+  [[nodiscard]] bool is_better(const Change& change, Gain gain) const;
+  std::int32_t side_like(std::int32_t like, std::int32_t part, std::int32_t other, const Point& normal);
+  bool apply(const Change& change);
+  static void hint(Change& change, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t side);
+  [[nodiscard]] std::array<std::uint32_t, 3> face_opposite(std::uint32_t t, int place) const;
+  template <typename Try>
+  bool find_inside(const std::vector<std::array<std::uint32_t, 3>>& faces, const Point& start,
+                   const Try& try_it) const;
+  bool cancel(Change& change, std::uint32_t u, std::uint32_t v, const New& tet) const;
+  void divide(Change& change, std::uint32_t u, std::uint32_t v, std::uint32_t m) const;
   void set_side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t side);
 };
 

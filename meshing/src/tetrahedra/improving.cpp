@@ -32,10 +32,11 @@ class Shaping {
     report_.tetrahedra_at_first = mesh_.tetrahedra.size();
     report_.turned_at_first = turned();
     moved_.assign(editor_.point_count(), 0);
-    for (int pass = 0; pass < 3; ++pass) {
+    for (int pass = 0; pass < 5; ++pass) {
       clean();
       absorb();
       if (turned() == 0) break;
+      loosen();
     }
     clean();
     if (options_.size > 0) make_good();
@@ -75,21 +76,49 @@ class Shaping {
     }
   }
 
+  /// Makes what is around those that are left better, which gives them room.
+  void loosen() {
+    std::vector<std::uint32_t> near;
+    for (std::uint32_t t = 0; t < editor_.size(); ++t)
+      if (!editor_.at(t).is_gone() && editor_.at(t).shape <= 0)
+        for (const std::uint32_t p : editor_.at(t).point) {
+          const auto around = editor_.neighbours(p);
+          near.insert(near.end(), around.begin(), around.end());
+        }
+    std::sort(near.begin(), near.end());
+    near.erase(std::unique(near.begin(), near.end()), near.end());
+    for (const std::uint32_t p : near) {
+      const std::vector<std::uint32_t> star(editor_.star(p).begin(), editor_.star(p).end());
+      for (const std::uint32_t t : star)
+        if (!editor_.at(t).is_gone() && editor_.at(t).shape > 0 && editor_.at(t).shape < fair)
+          improve_one(t, false);
+    }
+  }
+
   bool absorb(std::uint32_t t) {
     auto edges = edges_of(editor_.at(t));
     std::sort(edges.begin(), edges.end(), [&](const Pair& a, const Pair& b) {
       return editor_.length(a[0], a[1]) < editor_.length(b[0], b[1]);
     });
-    for (const bool moves : {false, true})
-      for (const auto& [u, v] : edges)
-        if (collapse_either(u, v, {.shape = 0, .length = 0, .moves_corners = moves})) return true;
+    for (const auto& [u, v] : edges)
+      if (collapse_either(u, v, {.shape = 0, .length = 0}) || merge_either(u, v, false)) return true;
     for (const auto& [u, v] : edges)
       if (editor_.remove_edge(u, v)) return true;
     for (int face = 0; face < 4; ++face)
       if (editor_.flip_face(t, face)) return true;
     for (const std::uint32_t p : editor_.at(t).point)
-      if (editor_.smooth(p)) return true;
-    return dissolve(t) || pull_apart(t);
+      if (editor_.smooth(p) || editor_.centre(p)) return true;
+    if (mend(t) || dissolve(t) || editor_.hollow(t) || pull_apart(t)) return true;
+    return std::any_of(edges.begin(), edges.end(),
+                       [&](const Pair& edge) { return merge_either(edge[0], edge[1], true); });
+  }
+
+  /// Takes it away, and closes what that leaves open.
+  bool mend(std::uint32_t t) {
+    const double most = options_.clean;
+    if (!editor_.attach(t, most) && !editor_.cross_edges(t, most) && !editor_.peel(t, most)) return false;
+    ++report_.taken_away;
+    return true;
   }
 
   /// Collapses an edge that leads away from it: then all is another around one of its points.
@@ -151,19 +180,24 @@ class Shaping {
     return normal;
   }
 
-  /// A collapse that moves what must stay is only for short edges, and told.
   bool collapse_either(std::uint32_t u, std::uint32_t v, const Editor::CollapseLimits& limits) {
+    if (editor_.kind(u) < editor_.kind(v)) std::swap(u, v);
+    return editor_.collapse(u, v, limits) || editor_.collapse(v, u, limits);
+  }
+
+  /// Makes two points one that are closer than what is cleaned, whatever they are on; told.
+  bool merge_either(std::uint32_t u, std::uint32_t v, bool may_leave_more) {
     if (editor_.kind(u) < editor_.kind(v)) std::swap(u, v);
     const double length = editor_.length(u, v);
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)}) {
-      const double moved = limits.moves_corners ? length + moved_at(from) : 0;
-      if (limits.moves_corners && moved > options_.clean) continue;
-      if (!editor_.collapse(from, to, limits)) continue;
-      if (limits.moves_corners) {
-        set_moved(to, std::max(moved, moved_at(to)));
-        ++report_.moved_points;
-        report_.largest_move = std::max(report_.largest_move, moved);
-      }
+      const bool is_told = editor_.kind(from) != Editor::inside;
+      const double moved = is_told ? length + moved_at(from) : 0;
+      if (length > options_.clean || moved > options_.clean || !editor_.merge(from, to, may_leave_more))
+        continue;
+      if (!is_told) return true;
+      set_moved(to, std::max(moved, moved_at(to)));
+      ++report_.moved_points;
+      report_.largest_move = std::max(report_.largest_move, moved);
       return true;
     }
     return false;
@@ -181,9 +215,7 @@ class Shaping {
       std::uint64_t changed = 0;
       for (const auto& [u, v] : edges_where([&](double length, double) { return length < options_.clean; })) {
         Interruption::check();
-        if (collapse_either(u, v, {.shape = 0, .length = 0, .moves_corners = false}) ||
-            collapse_either(u, v, {.shape = 0, .length = 0, .moves_corners = true}))
-          ++changed;
+        if (collapse_either(u, v, {.shape = 0, .length = 0}) || merge_either(u, v, false)) ++changed;
       }
       if (changed == 0) return;
     }

@@ -26,6 +26,9 @@ inline std::array<Point, 4> normals_of(const Point& a, const Point& b, const Poi
   return {cross(bc, bd), cross(ad, ac), cross(ab, ad), cross(ac, ab)};
 }
 
+/// A shape that rounding makes of flat ones.
+inline constexpr double hardly_turned = -1e-7;
+
 /// The smallest sine of the six dihedral angles: small for those near 0 and near 180 degrees; with the sign
 /// of the volume. Flat by rounding counts as 0 or less: the sign is decided exactly where it is in doubt.
 inline double shape_of(const Point& a, const Point& b, const Point& c, const Point& d) {
@@ -46,7 +49,8 @@ inline double shape_of(const Point& a, const Point& b, const Point& c, const Poi
           areas > 0 ? std::fabs(six_volumes) * std::sqrt(squared_distance(*p[e], *p[f])) / areas : 0;
       least = std::min(least, sine);
     }
-  if (least > 1e-6) return six_volumes > 0 ? least : -least;
+  const double edges = squared_distance(a, b) * squared_distance(a, c) * squared_distance(a, d);
+  if (least > 1e-6 && six_volumes * six_volumes > 1e-26 * edges) return six_volumes > 0 ? least : -least;
   const int sign = orientation(a, b, c, d);
   return sign > 0 ? std::max(least, 1e-300) : sign == 0 ? 0 : -std::max(least, 1e-300);
 }

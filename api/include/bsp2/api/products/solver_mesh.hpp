@@ -22,7 +22,7 @@ struct MeshSummary {
   double volume = 0;
   double size = 0, clean = 0;
   // Of tetrahedra.
-  std::uint64_t cells_at_first = 0, moved_points = 0;
+  std::uint64_t cells_at_first = 0, moved_points = 0, taken_away = 0;
   double largest_move = 0;
   double smallest_angle = 0, largest_angle = 0, mean_smallest_angle = 0;
   std::array<std::uint64_t, 18> histogram{};

@@ -48,6 +48,7 @@ struct ShapeReport {
   std::uint64_t turned = 0;           ///< that are so still: above 0 the mesh is of no use
   std::uint64_t moved_points = 0;     ///< corners of the solid that were moved
   double largest_move = 0;
+  std::uint64_t taken_away = 0;  ///< flat ones, between faces or edges that were as good as one
 };
 
 /// Each face becomes a fan about a point in its middle, each cell a cone from a point in its middle over its
