@@ -472,7 +472,9 @@ class Compiler {
             const Shape<3>& shape = shapes_[shape_of_[i]];
             placed[k] = place_mesh(*shape.mesh, lowered_.occurrences[i].placement.matrix(),
                                    network.table.grid_exponent(), facets_of(i).planes);
-            if (options_.coincidence > 0)
+            placed[k]->first = {facets_of(i).map, shape.first_covector};
+            placed[k]->is_exact = has_exact_planes(network.table, *placed[k]);
+            if (options_.coincidence > 0 && !placed[k]->is_exact)
               placed[k]->moved = FacetCorners(network.table, facets_of(i), tolerance_in(network)).moved();
           }
         });

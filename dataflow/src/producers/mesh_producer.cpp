@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "shapes/facet_crossing.hpp"
+#include "shapes/mesh_shape.hpp"
 
 namespace bsp2::dataflow {
 
@@ -262,12 +263,12 @@ double MeshProducer::thickness_by_merging(const geometry::Cell<3>& cell) const {
 
 /// Of a cell that no facet crosses. Where no double lies in it for certain, it is far thinner than any
 /// tolerance: a point beside it serves as well, unless facets are as near. Then it arose between hyperplanes
-/// that merging has moved apart, the mesh's corners tell nothing about it, and all meshes call it OUT. Where
-/// nothing was merged it is part of the solids as they are.
+/// that merging has moved apart, the mesh's corners tell nothing about it, and the mesh calls it OUT. Where
+/// merging has moved no facet of the mesh it is told exactly.
 std::int32_t MeshProducer::winding_within(const Word* leaf, CellView<3>& cell,
                                           const std::optional<Reference>& reference) const {
   if (reference) return reference->winding;
-  if (network_.coincidence > 0) return winding_beside(cell).value_or(0);
+  if (!mesh_.is_exact) return winding_beside(cell).value_or(0);
   const auto winding = winding_from_parent(leaf, cell);
   return winding ? *winding : exact_winding(cell);
 }
@@ -328,27 +329,17 @@ std::optional<MeshProducer::Reference> MeshProducer::reference_of(const Word* le
 template <typename Visit>
 void MeshProducer::for_each_facet_near(const Point& from, const Point& to, double error,
                                        Visit&& visit) const {
-  const FacetTree& tree = mesh_.tree->get([&] {
-    std::vector<FacetTree::Box> boxes;
-    boxes.reserve(mesh_.facets.size());
-    for (const Mesh::Facet& facet : mesh_.facets) {
-      FacetTree::Box box{mesh_.points[facet.corners[0]], mesh_.points[facet.corners[0]]};
-      for (const std::uint32_t corner : facet.corners)
-        for (std::size_t i = 0; i < 3; ++i) {
-          box.low[i] = std::min(box.low[i], mesh_.points[corner][i]);
-          box.high[i] = std::max(box.high[i], mesh_.points[corner][i]);
-        }
-      boxes.push_back(box);
-    }
-    return boxes;
-  });
   const SegmentAmongFacets segment(from, to, error);
-  tree.visit([&](const FacetTree::Box& box) { return segment.misses_box(box.low, box.high); },
-             [&](std::uint32_t index) {
-               const auto& [a, b, c] = mesh_.facets[index].corners;
-               return segment.misses(mesh_.points[a], mesh_.points[b], mesh_.points[c]) ||
-                      visit(mesh_.facets[index]);
-             });
+  facet_tree(mesh_).visit([&](const FacetTree::Box& box) { return segment.misses_box(box.low, box.high); },
+                          [&](std::uint32_t index) {
+                            const auto& [a, b, c] = mesh_.facets[index].corners;
+                            return segment.misses(mesh_.points[a], mesh_.points[b], mesh_.points[c]) ||
+                                   visit(mesh_.facets[index]);
+                          });
+}
+
+std::optional<std::int32_t> MeshProducer::winding_around(const Point& point) const {
+  return winding_anew(point, outside());
 }
 
 std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const Reference& from,
@@ -422,7 +413,9 @@ std::optional<int> MeshProducer::crossing_into(CellView<3>& cell, const Point& f
               c = minus(mesh_.points[k], from), along = minus(to, from);
   const int from_side = sign_of_determinant(a, b, c, error);
   const Position where = cell.position(facet.plane);
-  const int to_side = where == Position::crossing ? 0 : where == Position::negative ? 1 : -1;
+  const int inside =
+      mesh_.map.orientation() < 0 ? -1 : 1;  // where the map mirrors, corners turn the other way
+  const int to_side = where == Position::crossing ? 0 : where == Position::negative ? inside : -inside;
   if (from_side != 0 && from_side == to_side) return 0;
   return crossing(from_side, to_side,
                   {sign_of_determinant(along, a, b, error), sign_of_determinant(along, b, c, error),

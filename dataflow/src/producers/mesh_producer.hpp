@@ -30,6 +30,13 @@ class MeshProducer {
   /// Of many facets, an axis-parallel cut that parts them; else the plane of the facet that cuts the fewest
   /// others.
   Advice advise(const Word* leaf, CellView<3>& cell) const;
+  /// Appends the state of a leaf in a cell that only these facets may meet, of which no more is known.
+  static void write_state(std::span<const Word> facets, std::vector<Word>& leaf) {
+    leaf.resize(leaf.size() + header - Program::header, 0);
+    leaf.insert(leaf.end(), facets.begin(), facets.end());
+  }
+  /// How often the mesh winds around a point of the model's space; nothing where rounding leaves that open.
+  [[nodiscard]] std::optional<std::int32_t> winding_around(const std::array<double, 3>& point) const;
 
  private:
   using Point = std::array<double, 3>;

@@ -141,4 +141,56 @@ Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int g
   return mesh;
 }
 
+namespace {
+
+/// Whether a hyperplane passes through a point of the mesh, exactly.
+bool is_on(const geometry::HyperplaneTable<3>& table, const Mesh& mesh, geometry::HyperplaneId id,
+           std::uint32_t point) {
+  const auto* source = table.source(id);
+  const auto& place = mesh.frame_points[point];
+  if (source->map == mesh.first.map) {
+    using Wide = geometry::FixedInteger<320>;
+    const auto& covector = table.covector(source->covector);
+    Wide sum = Wide(covector.exact[3]) << 53;
+    for (std::size_t i = 0; i < 3; ++i) sum += Wide(covector.exact[i]) * place[i];
+    return sum.is_zero();
+  }
+  using Wide = geometry::ExactInteger<3>;
+  const auto covector = table.exact(id);
+  const auto image = mesh.map.image(place);
+  Wide sum = covector[3] << 53;
+  for (std::size_t i = 0; i < 3; ++i) sum += covector[i] * Wide(image[i]);
+  return sum.is_zero();
+}
+
+}  // namespace
+
+bool has_exact_planes(const geometry::HyperplaneTable<3>& table, const Mesh& mesh) {
+  for (std::uint32_t facet = 0; facet < mesh.facets.size(); ++facet) {
+    const auto& [corners, plane] = mesh.facets[facet];
+    const auto* source = table.source(plane.id());
+    if (source->map == mesh.first.map && source->covector == mesh.first.covector + facet) continue;
+    for (const std::uint32_t corner : corners)
+      if (!is_on(table, mesh, plane.id(), corner)) return false;
+  }
+  return true;
+}
+
+const FacetTree& facet_tree(const Mesh& mesh) {
+  return mesh.tree->get([&] {
+    std::vector<FacetTree::Box> boxes;
+    boxes.reserve(mesh.facets.size());
+    for (const Mesh::Facet& facet : mesh.facets) {
+      FacetTree::Box box{mesh.points[facet.corners[0]], mesh.points[facet.corners[0]]};
+      for (const std::uint32_t corner : facet.corners)
+        for (std::size_t i = 0; i < 3; ++i) {
+          box.low[i] = std::min(box.low[i], mesh.points[corner][i]);
+          box.high[i] = std::max(box.high[i], mesh.points[corner][i]);
+        }
+      boxes.push_back(box);
+    }
+    return boxes;
+  });
+}
+
 }  // namespace bsp2::dataflow

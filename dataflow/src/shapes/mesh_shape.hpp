@@ -35,4 +35,10 @@ struct MeshShape {
 Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent,
                 std::span<const geometry::OrientedHyperplane> planes);
 
+/// Mesh::is_exact, which is to be set. @pre `first` is.
+[[nodiscard]] bool has_exact_planes(const geometry::HyperplaneTable<3>& table, const Mesh& mesh);
+
+/// The tree over a mesh's facets, which is made when it is first asked for. Any number of threads may ask.
+const FacetTree& facet_tree(const Mesh& mesh);
+
 }  // namespace bsp2::dataflow

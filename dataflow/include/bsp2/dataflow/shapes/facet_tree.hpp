@@ -8,8 +8,8 @@
 
 namespace bsp2::dataflow {
 
-/// A tree over boxes of facets, halved at the median along the longest axis, to find the few that a segment
-/// may cross.
+/// A tree over boxes of facets, in the order of a space-filling curve, to find the few that a segment may
+/// cross, or those that may meet.
 class FacetTree {
  public:
   using Point = std::array<double, 3>;
@@ -18,7 +18,7 @@ class FacetTree {
   };
 
   FacetTree() = default;
-  explicit FacetTree(std::vector<Box> boxes);
+  explicit FacetTree(const std::vector<Box>& boxes);
 
   /// Calls visit(facet) for the facets in no branch whose box `misses` says true of, until it answers false.
   /// @param misses of a box; what it says of a box holds for all boxes within.
@@ -31,13 +31,43 @@ class FacetTree {
     while (count > 0) {
       const Branch branch = open[--count];
       if (misses(nodes_[branch.node])) continue;
-      if (branch.end - branch.begin <= most_in_leaf) {
+      if (branch.is_leaf()) {
         for (std::uint32_t i = branch.begin; i < branch.end; ++i)
           if (!visit(order_[i])) return;
       } else {
-        const std::uint32_t middle = branch.begin + (branch.end - branch.begin) / 2;
-        open[count++] = {2 * branch.node + 2, middle, branch.end};
-        open[count++] = {2 * branch.node + 1, branch.begin, middle};
+        for (const Branch& half : branch.halves()) open[count++] = half;
+      }
+    }
+  }
+
+  /// Calls visit(a, b) for each two facets whose boxes are not farther apart than `gap` along any axis, until
+  /// it answers false.
+  template <typename Visit>
+  void visit_pairs(double gap, Visit&& visit) const {
+    if (order_.empty()) return;
+    std::vector<std::array<Branch, 2>> open;
+    const Branch root{0, 0, static_cast<std::uint32_t>(order_.size())};
+    open.push_back({root, root});
+    while (!open.empty()) {
+      const auto [a, b] = open.back();
+      open.pop_back();
+      const bool same = a.node == b.node;
+      if (!same && are_apart(nodes_[a.node], nodes_[b.node], gap)) continue;
+      if (a.is_leaf() && b.is_leaf()) {
+        for (std::uint32_t i = a.begin; i < a.end; ++i)
+          for (std::uint32_t k = same ? i + 1 : b.begin; k < b.end; ++k)
+            if (!are_apart(leaves_[i], leaves_[k], gap) && !visit(order_[i], order_[k])) return;
+        continue;
+      }
+      if (same) {
+        const auto [low, high] = a.halves();
+        open.push_back({low, low});
+        open.push_back({high, high});
+        open.push_back({low, high});
+      } else if (b.is_leaf() || (!a.is_leaf() && a.end - a.begin >= b.end - b.begin)) {
+        for (const Branch& half : a.halves()) open.push_back({half, b});
+      } else {
+        for (const Branch& half : b.halves()) open.push_back({a, half});
       }
     }
   }
@@ -47,13 +77,23 @@ class FacetTree {
   struct Branch {
     std::size_t node;
     std::uint32_t begin, end;
+    [[nodiscard]] bool is_leaf() const { return end - begin <= most_in_leaf; }
+    [[nodiscard]] std::array<Branch, 2> halves() const {
+      const std::uint32_t middle = begin + (end - begin) / 2;
+      return {Branch{2 * node + 1, begin, middle}, Branch{2 * node + 2, middle, end}};
+    }
   };
   static constexpr std::uint32_t most_in_leaf = 4;
   static constexpr std::size_t most_open = 64;  ///< one more than the tree is deep is enough
 
-  void build(const std::vector<Box>& boxes, std::size_t node, std::span<std::uint32_t> items);
+  static bool are_apart(const Box& a, const Box& b, double gap) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (a.low[k] > b.high[k] + gap || b.low[k] > a.high[k] + gap) return true;
+    return false;
+  }
+  Box build(const Branch& branch);
 
-  std::vector<Box> nodes_;
+  std::vector<Box> nodes_, leaves_;  // leaves_: the facets' own, in the order of order_
   std::vector<std::uint32_t> order_;
 };
 

@@ -8,6 +8,7 @@
 #include "bsp2/dataflow/shapes/facet_tree.hpp"
 #include "bsp2/geometry/exact/affine_map.hpp"
 #include "bsp2/geometry/exact/hyperplane.hpp"
+#include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
 
 namespace bsp2::dataflow {
 
@@ -28,6 +29,9 @@ struct Mesh {
   std::vector<std::array<double, 3>> points;  ///< in the model, rounded
   double error = 0;                           ///< bound of the coordinates' error
   std::vector<Facet> facets;
+  geometry::HyperplaneTable<3>::Source
+      first{};  ///< where the plane of the first facet came from, before merging; those of others follow
+  bool is_exact = false;  ///< merging has moved no facet: the hyperplane of each passes through its corners
   /// Hyperplanes of the facets around each point, sorted: point i has [incident_offset[i], incident_offset[i
   /// + 1]).
   std::vector<std::uint32_t> incident_offset;
