@@ -454,9 +454,9 @@ class Compiler {
       for (std::size_t k = first; k < end; ++k)
         stays[k] = FacetCorners(network.table, facets_of(meshes[k]), tolerance).stay() ? 1 : 0;
     });
-    HyperplaneTable<3>::Apart apart(network.table);
+    HyperplaneTable<3>::Unmerging unmerging(network.table);
     for (std::size_t k = 0; k < meshes.size(); ++k)
-      if (stays[k] == 0) FacetCorners(network.table, facets_of(meshes[k]), tolerance).keep(apart);
+      if (stays[k] == 0) FacetCorners(network.table, facets_of(meshes[k]), tolerance).keep(unmerging);
   }
 
   /// @param producers that are meshes. @param facets_of those of a producer.

@@ -142,7 +142,7 @@ bool FacetCorners::stay() const {
   return true;
 }
 
-void FacetCorners::keep(geometry::HyperplaneTable<3>::Apart& apart) {
+void FacetCorners::keep(geometry::HyperplaneTable<3>::Unmerging& unmerge) {
   std::vector<Miss> misses;
   std::vector<std::uint32_t> corners(offset_.empty() ? 0 : offset_.size() - 1);  // to be looked at
   std::iota(corners.rbegin(), corners.rend(), 0U);
@@ -156,19 +156,20 @@ void FacetCorners::keep(geometry::HyperplaneTable<3>::Apart& apart) {
     if (!moves(corner, misses)) continue;
     for (const Miss& miss : misses)
       if (miss.distance != 0)
-        set_apart(std::ranges::equal_range(represented, miss.id, {}, &Represented::by), apart, corners);
+        set_apart(std::ranges::equal_range(represented, miss.id, {}, &Represented::by), unmerge, corners);
   }
 }
 
 /// All facets that a hyperplane represents: if some of a flat face had hyperplanes of their own, there would
 /// be cells as thin as these are apart between them and the one that represents the others.
 /// @param corners get those of the facets.
-void FacetCorners::set_apart(std::span<const Represented> facets, geometry::HyperplaneTable<3>::Apart& apart,
+void FacetCorners::set_apart(std::span<const Represented> facets,
+                             geometry::HyperplaneTable<3>::Unmerging& unmerge,
                              std::vector<std::uint32_t>& corners) {
   for (const auto& [by, facet] : facets) {
     auto& plane = facets_.planes[facet];
     if (plane.id() != by) continue;
-    plane = apart({facets_.map, facets_.first_covector + facet});
+    plane = unmerge({facets_.map, facets_.first_covector + facet});
     if (plane.id() == by) continue;  // it is exactly equal
     for (const std::uint32_t corner : facets_.shape.triangles[facet]) corners.push_back(corner);
   }

@@ -33,7 +33,7 @@ class FacetCorners {
   /// Whether no corner moves. Any number of threads may ask, of different meshes.
   [[nodiscard]] bool stay() const;
   /// Takes merging back until none does.
-  void keep(geometry::HyperplaneTable<3>::Apart& apart);
+  void keep(geometry::HyperplaneTable<3>::Unmerging& unmerge);
   /// The hyperplanes that miss corners of facets they represent by more than rounding, by id, and how far.
   [[nodiscard]] std::vector<Mesh::Moved> moved() const;
 
@@ -60,7 +60,7 @@ class FacetCorners {
   [[nodiscard]] std::array<double, 3> place(std::uint32_t corner) const;
   void find_misses(std::uint32_t corner, std::vector<Miss>& misses) const;
   [[nodiscard]] bool moves(std::uint32_t corner, std::vector<Miss>& misses) const;
-  void set_apart(std::span<const Represented> facets, geometry::HyperplaneTable<3>::Apart& apart,
+  void set_apart(std::span<const Represented> facets, geometry::HyperplaneTable<3>::Unmerging& unmerge,
                  std::vector<std::uint32_t>& corners);
   [[nodiscard]] bool two_part(const Miss& a, const Miss& b) const;
   [[nodiscard]] bool three_part(const Miss& a, const Miss& b, const Miss& c) const;

@@ -3,11 +3,13 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "bsp2/dataflow/network/network.hpp"
 #include "bsp2/geometry/surface/skin_builder.hpp"
+#include "surface/mesh_surface.hpp"
 
 namespace bsp2::dataflow {
 
@@ -15,9 +17,10 @@ namespace bsp2::dataflow {
 /// any number of threads may read it.
 class OperandFacets {
  public:
+  /// Adds hyperplanes to the network's table where it has meshes.
   /// @pre has_plain_facets(network).
   /// @param stop somebody else ends the work by it: what is there then is not complete.
-  OperandFacets(const Network<3>& network, unsigned threads, const std::atomic<bool>& stop);
+  OperandFacets(Network<3>& network, unsigned threads, const std::atomic<bool>& stop);
 
   /// The facets of a producer are numbered [first(producer), first(producer + 1)).
   [[nodiscard]] std::uint32_t first(std::size_t producer) const { return first_[producer]; }
@@ -25,17 +28,25 @@ class OperandFacets {
   /// Bounds of what of a producer is in the model's space, for certain. Those of the producer itself are of
   /// its own half-spaces, before those of others took the place of some.
   [[nodiscard]] const Box<3>& bounds(std::size_t producer) const { return bounds_[producer]; }
-  /// Whether half-spaces of others, in the place of a producer's own, let it reach beyond its own bounds.
-  /// Cells do not look for it there.
-  [[nodiscard]] bool is_any_out_of_bounds() const { return is_any_out_of_bounds_; }
+  /// Whether the facets bound what cells find. Not so where half-spaces of others, in the place of a
+  /// producer's own, let it reach beyond its own bounds, since cells do not look for it there; nor where
+  /// facets of a mesh cross or touch each other.
+  [[nodiscard]] bool are_sound() const { return are_sound_; }
+  [[nodiscard]] bool is_of_mesh(std::uint32_t facet) const { return facets_[facet].kind == Kind::of_mesh; }
+  [[nodiscard]] std::size_t meshes() const { return meshes_.size(); }
+  [[nodiscard]] const MeshSurface& mesh(std::size_t index) const { return *meshes_[index].surface; }
+  /// The index of the mesh that a facet is of, and its number there. @pre is_of_mesh(facet).
+  [[nodiscard]] std::uint32_t mesh_of(std::uint32_t facet) const { return facets_[facet].chunk; }
+  [[nodiscard]] std::uint32_t number_in_mesh(std::uint32_t facet) const { return facets_[facet].begin; }
   /// The producer on its negative side.
   [[nodiscard]] geometry::OrientedHyperplane outward(std::uint32_t facet) const {
     return facets_[facet].outward;
   }
   /// Counter-clockwise seen from outside.
-  [[nodiscard]] std::span<const geometry::PolygonCorner> polygon(std::uint32_t facet) const {
+  void polygon(std::uint32_t facet, geometry::Buffer<geometry::PolygonCorner>& polygon) const {
     const Facet& f = facets_[facet];
-    return {chunks_[f.chunk].data() + f.begin, f.count};
+    if (f.kind == Kind::of_mesh) return meshes_[f.chunk].surface->polygon(f.begin, polygon);
+    polygon.assign({chunks_[f.chunk].data() + f.begin, f.count});
   }
   /// Bounds that hold the facet for certain.
   [[nodiscard]] double low(std::uint32_t facet, int axis) const {
@@ -48,22 +59,33 @@ class OperandFacets {
   }
 
  private:
+  enum class Kind : std::uint8_t { of_polytope, of_mesh };
   struct Facet {
     geometry::OrientedHyperplane outward;
-    std::uint32_t chunk, begin;
+    std::uint32_t chunk, begin;  ///< of a mesh: the index of that in meshes_, the number within
     std::uint16_t count;
+    Kind kind;
     std::array<float, 3> low, high;  ///< from the middle of the model's space: it may be far from the origin
   };
   std::array<double, 3> middle_{};    // of the model's space
   double slack_ = 0;                  // more than a sum or difference of its coordinates is rounded by
   std::vector<std::uint32_t> first_;  // of each producer, and the end
   std::vector<Facet> facets_;
-  bool is_any_out_of_bounds_ = false;
+  bool are_sound_ = true;
+  struct PlacedMesh {
+    std::size_t producer;
+    std::unique_ptr<MeshTopology> topology;
+    std::unique_ptr<MeshSurface> surface;
+  };
+  std::vector<PlacedMesh> meshes_;
   std::vector<Box<3>> bounds_;  // of each producer
   std::vector<geometry::Buffer<geometry::PolygonCorner>> chunks_;
 
+  void look_at_meshes(Network<3>& network, unsigned threads, const std::atomic<bool>& stop);
+  void set_bounds(const Box<3>& box, Facet& facet) const;
   void add(const geometry::CellPolygons& polygons, const geometry::HyperplaneTable<3>& table,
            std::uint32_t chunk, std::vector<Facet>& facets);
+  void add(std::uint32_t mesh, std::vector<Facet>& facets) const;
 };
 
 }  // namespace bsp2::dataflow

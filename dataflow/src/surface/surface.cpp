@@ -13,10 +13,12 @@
 
 #include "evaluate/large_stack.hpp"
 #include "process/combiner.hpp"
+#include "surface/skin_of_cells.hpp"
 #include "surface/surface_tracer.hpp"
 
 namespace bsp2::dataflow {
 
+using geometry::HyperplaneId;
 using geometry::Label;
 
 namespace {
@@ -99,12 +101,13 @@ bool is_unbounded(const std::vector<Word>& program) {
 /// What is done by several threads.
 class Tracing {
  public:
-  Tracing(const Network<3>& network, const SurfaceOptions& options) : network_(network), options_(options) {}
+  Tracing(Network<3>& network, const SurfaceOptions& options)
+      : network_(network), options_(options), first_added_(static_cast<HyperplaneId>(network.table.size())) {}
 
   void run() {
     const std::size_t threads = std::max(1U, options_.threads), shares = std::max(1U, options_.shares);
     const OperandFacets facets(network_, options_.threads, stop_);
-    result_.has_given_up = facets.is_any_out_of_bounds();
+    result_.has_given_up = !facets.are_sound();
     if (stop_ || result_.has_given_up) return;
     // Shares must cut space alike, however many threads each of them has.
     call_on_large_stack([&] {
@@ -117,22 +120,28 @@ class Tracing {
       regions_ = share_of(std::move(all), options_.share, options_.shares);
     });
     std::vector<geometry::Skin> skins(regions_.size());
+    hot_.resize(regions_.size());
     count_ = regions_.size();
     call_on_large_stacks(threads, [&](std::size_t) { trace(facets, skins); });
     for (geometry::Skin& skin : skins) result_.skin.append(std::exchange(skin, {}));
     result_.boxes = boxes_;
     result_.has_given_up = has_given_up_;
+    if (!stop_) add_skin_of_cells(network_, std::exchange(hot_, {}), options_.threads, stop_, result_.skin);
   }
   void stop() { stop_ = true; }
   [[nodiscard]] double share_done() const {
     return count_ == 0 ? 0 : static_cast<double>(done_) / static_cast<double>(count_);
   }
   [[nodiscard]] TracedSurface take() { return std::move(result_); }
+  /// Of the network, for those who make cells after all.
+  void take_back_planes() { network_.table.take_back(first_added_); }
 
  private:
-  const Network<3>& network_;
+  Network<3>& network_;
   const SurfaceOptions& options_;
+  HyperplaneId first_added_;
   std::vector<SurfaceBox> regions_;
+  std::vector<std::vector<HotBox>> hot_;  // of each region
   TracedSurface result_;
   std::atomic<std::size_t> next_{0}, done_{0}, count_{0};
   std::atomic<bool> stop_{false}, has_given_up_{false};
@@ -144,6 +153,7 @@ class Tracing {
       SurfaceTracer tracer(network_, facets, stop_);
       for (std::size_t i = next_++; i < skins.size() && !stop_; i = next_++) {
         tracer.trace(std::move(regions_[i]), skins[i]);
+        hot_[i] = tracer.take_hot();
         if (tracer.has_given_up()) has_given_up_ = stop_ = true;
         ++done_;
       }
@@ -160,12 +170,11 @@ class Tracing {
 bool has_plain_facets(const Network<3>& network) {
   return !network.is_divided() && !is_unbounded(network.program) &&
          std::all_of(network.producers.begin(), network.producers.end(), [](const Producer<3>& producer) {
-           return !producer.undecided && producer.plane_count <= most_facets &&
-                  (producer.kind == ProducerKind::convex || producer.kind == ProducerKind::lathe);
+           return !producer.undecided && producer.plane_count <= most_facets && !is_curved(producer.kind);
          });
 }
 
-TracedSurface trace_surface(const Network<3>& network, const SurfaceOptions& options) {
+TracedSurface trace_surface(Network<3>& network, const SurfaceOptions& options) {
   constexpr std::chrono::milliseconds period(20);
   constexpr unsigned periods_a_report = 5;
   Tracing tracing(network, options);
@@ -189,6 +198,7 @@ TracedSurface trace_surface(const Network<3>& network, const SurfaceOptions& opt
     result.failure = std::current_exception();
   }
   result.interrupted = interrupted;
+  if (result.interrupted || result.has_given_up || result.failure) tracing.take_back_planes();
   return result;
 }
 

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <stdexcept>
 #include <utility>
 
 #include "process/combiner.hpp"
 #include "process/transformer.hpp"
+#include "producers/mesh_producer.hpp"
 
 namespace bsp2::dataflow {
 
@@ -21,6 +23,8 @@ namespace {
 
 /// Boxes with so many facets of several operands are not cut.
 constexpr double few_facets = 120;
+/// Nor those with so many where meshes meet.
+constexpr double few_of_meshes = 24;
 /// An operand on both sides of a cut counts on each by this share of its facets.
 constexpr double share_of_both = 0.7;
 /// The work on the facets of a box grows like their square. A cut that leaves more than this share of it is
@@ -139,7 +143,8 @@ std::optional<SurfaceTracer::Cut> SurfaceTracer::free_cut(const SurfaceBox& box,
 
 std::optional<SurfaceTracer::Cut> SurfaceTracer::choose_cut(const SurfaceBox& box) {
   const auto total = static_cast<double>(box.facets.size());
-  if (box.operands.size() == 1 || total <= few_facets || box.in_vain >= most_in_vain) return std::nullopt;
+  if (box.operands.size() == 1 || total <= few_of_meshes || box.in_vain >= most_in_vain) return std::nullopt;
+  if (total <= few_facets && !has_mesh(box)) return std::nullopt;
   find_extents(box);
   std::optional<Cut> best;
   double least = 0.9 * (1.25 * share_of_both) * total;  // little less than a cut through all of them costs
@@ -279,7 +284,7 @@ Label SurfaceTracer::simplify(const SurfaceBox& box, const Word*& at, std::size_
 }
 
 /// Whether a box in which a producer has no facet is inside of it.
-Label SurfaceTracer::label_at_centre(std::uint32_t producer, const Sides& box) const {
+Label SurfaceTracer::label_at_centre(std::uint32_t producer, const Sides& box) {
   const auto& table = network_.table;
   const Box<3>& bounds = source_.bounds(producer);
   std::array<double, 3> centre;
@@ -288,6 +293,7 @@ Label SurfaceTracer::label_at_centre(std::uint32_t producer, const Sides& box) c
     centre[k] = (table.axis_value(axis, box.low[k]) + table.axis_value(axis, box.high[k])) / 2;
     if (centre[k] < bounds.lower[k] || centre[k] > bounds.upper[k]) return Label::out;
   }
+  if (network_.producers[producer].kind == ProducerKind::mesh) return label_of_mesh(producer, box, centre);
   for (const OrientedHyperplane plane : network_.planes_of(network_.producers[producer])) {
     const auto h = table.rounded(plane.id());
     const double value = plane.flipped() ? -h.at(centre) : h.at(centre);
@@ -299,9 +305,28 @@ Label SurfaceTracer::label_at_centre(std::uint32_t producer, const Sides& box) c
   return Label::in;
 }
 
+/// The same of a mesh: by the centre, or another point of the box where rounding leaves that open.
+Label SurfaceTracer::label_of_mesh(std::uint32_t producer, const Sides& box,
+                                   const std::array<double, 3>& centre) {
+  const MeshProducer mesh(network_, network_.producers[producer]);
+  std::minstd_rand random(4711);  // the same points in every run
+  std::array<double, 3> at = centre;
+  for (int attempt = 0; attempt < 16; ++attempt) {
+    if (const auto winding = mesh.winding_around(at)) return *winding != 0 ? Label::in : Label::out;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int axis = static_cast<int>(k);
+      const double low = network_.table.axis_value(axis, box.low[k]),
+                   high = network_.table.axis_value(axis, box.high[k]);
+      at[k] = low + (high - low) * (0.25 + static_cast<double>(random() % 512) / 1024);
+    }
+  }
+  has_given_up_ = true;
+  return Label::out;
+}
+
 /// What of a facet is in a box. @return whether there is any.
 bool SurfaceTracer::clip(std::uint32_t facet, const Sides& box, Polygon& polygon) {
-  polygon.assign(source_.polygon(facet));
+  source_.polygon(facet, polygon);
   const HyperplaneId plane = source_.outward(facet).id();
   for (int axis = 0; axis < 3; ++axis) {
     const auto k = static_cast<std::size_t>(axis);
@@ -366,19 +391,107 @@ void SurfaceTracer::end(geometry::Skin& skin) {
     if (state == 0) {
       state = added;
       touched_list_.push_back(piece.facet);
+      if (source_.is_of_mesh(piece.facet) && is_within_region(piece.facet)) {
+        add_whole(piece.facet, piece.reversed, skin);
+        continue;
+      }
     }
     if (!clip(piece.facet, box, polygon)) continue;
     const OrientedHyperplane outward = source_.outward(piece.facet);
     skin_.add(piece.reversed ? outward.opposite() : outward, 0, {polygon.data(), polygon.size()}, outward);
   }
   for (const std::uint32_t facet : touched_list_) touched_[facet] = 0;
+  for (std::uint32_t* number : numbered_) *number = 0;
+  numbered_.clear();
   touched_list_.clear();
   untouched_.clear();
   boxes_of_untouched_.clear();
   skin_.finish(skin);
 }
 
+bool SurfaceTracer::is_within_region(std::uint32_t facet) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<std::size_t>(axis);
+    if (source_.low(facet, axis) <= network_.table.axis_value(axis, region_.low[k]) ||
+        source_.high(facet, axis) >= network_.table.axis_value(axis, region_.high[k]))
+      return false;
+  }
+  return true;
+}
+
+/// A facet of a mesh as it is: its corners are points of the mesh, and have names already.
+void SurfaceTracer::add_whole(std::uint32_t facet, bool reversed, geometry::Skin& skin) {
+  const std::uint32_t index = source_.mesh_of(facet), number = source_.number_in_mesh(facet);
+  const MeshSurface& mesh = source_.mesh(index);
+  if (vertex_of_.empty()) vertex_of_.resize(source_.meshes());
+  auto& numbers = vertex_of_[index];
+  if (numbers.empty()) numbers.assign(mesh.points(), 0);
+  const OrientedHyperplane outward = source_.outward(facet);
+  const auto face = static_cast<std::uint32_t>(skin.faces.size());
+  skin.faces.push_back({reversed ? outward.opposite() : outward, 0});
+  std::array<std::uint32_t, 3> corners;
+  for (std::uint32_t k = 0; k < 3; ++k) corners[k] = vertex_of(mesh, number, k, numbers, skin);
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::uint32_t from = corners[k], to = corners[(k + 1) % 3];
+    skin.edges.push_back({reversed ? to : from, reversed ? from : to, face, mesh.across(number, k)});
+  }
+}
+
+/// A corner as a vertex of the skin. @param numbers of the mesh's points there, and 1; 0: none yet.
+std::uint32_t SurfaceTracer::vertex_of(const MeshSurface& mesh, std::uint32_t facet, std::uint32_t corner,
+                                       std::vector<std::uint32_t>& numbers, geometry::Skin& skin) {
+  std::uint32_t& number = numbers[mesh.point(facet, corner)];
+  if (number != 0) return number - 1;
+  skin.vertices.push_back(mesh.name_of(facet, corner));
+  mesh.append_planes_at(mesh.point(facet, corner), skin.incident);
+  skin.incident_offset.push_back(static_cast<std::uint32_t>(skin.incident.size()));
+  number = static_cast<std::uint32_t>(skin.vertices.size());
+  numbered_.push_back(&number);
+  return number - 1;
+}
+
 // --- pieces ---
+
+bool SurfaceTracer::has_mesh(const SurfaceBox& box) const {
+  return std::any_of(box.operands.begin(), box.operands.end(), [&](const SurfaceBox::Operand& operand) {
+    return network_.producers[operand.producer].kind == ProducerKind::mesh;
+  });
+}
+
+void SurfaceTracer::leave_to_cells(const SurfaceBox& box) {
+  touch({box.facets.data(), box.facets.size()});
+  HotBox& hot = hot_.emplace_back();
+  hot.low = box.low;
+  hot.high = box.high;
+  const Word* at = box.program.data();
+  std::size_t leaf = 0;
+  write_whole(box, at, leaf, hot.program);
+}
+
+/// The program with the states of its leaves: of a mesh the facets that are in the box.
+void SurfaceTracer::write_whole(const SurfaceBox& box, const Word*& at, std::size_t& leaf,
+                                std::vector<Word>& to) const {
+  const Word* const begin = at;
+  const Word* const end = at + at[1];
+  const std::size_t first = to.size();
+  to.insert(to.end(), begin, begin + Program::header);
+  at += Program::header;
+  if ((begin[0] & Program::kind_mask) == Program::kind_leaf) {
+    const std::uint32_t producer = begin[2];
+    if (network_.producers[producer].kind == ProducerKind::mesh) {
+      std::vector<Word> facets;
+      for (const std::uint32_t facet : box.facets_of(leaf)) facets.push_back(source_.number_in_mesh(facet));
+      MeshProducer::write_state(facets, to);
+    } else {
+      to[first] |= Program::whole;
+    }
+    ++leaf;
+  } else {
+    while (at != end) write_whole(box, at, leaf, to);
+  }
+  at = end;
+  to[first + 1] = static_cast<Word>(to.size() - first);
+}
 
 void SurfaceTracer::find_pieces(const SurfaceBox& box) {
   const Sides sides{box.low, box.high};
@@ -391,6 +504,7 @@ void SurfaceTracer::find_pieces(const SurfaceBox& box) {
     for (const std::uint32_t facet : box.facets_of(0)) untouched_.push_back({facet, number, reversed});
     return;
   }
+  if (has_mesh(box)) return leave_to_cells(box);
   if (box.facets.size() > most_in_a_box) {
     has_given_up_ = true;
     return;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "bsp2/dataflow/network/network.hpp"
@@ -35,6 +36,12 @@ struct SurfaceBox {
   }
 };
 
+/// A box in which the surface is found by cells: facets of meshes meet there.
+struct HotBox {
+  std::array<std::uint32_t, 3> low{}, high{};
+  std::vector<Word> program;  ///< localized
+};
+
 /// What one thread looks for the surface with. Thread rule: one thread at a time.
 class SurfaceTracer {
  public:
@@ -54,6 +61,8 @@ class SurfaceTracer {
   /// Finds the surface in a region, box by box.
   void trace(SurfaceBox region, geometry::Skin& skin);
   [[nodiscard]] std::uint64_t boxes() const { return boxes_; }
+  /// The boxes that have been left to cells since this was last asked.
+  [[nodiscard]] std::vector<HotBox> take_hot() { return std::exchange(hot_, {}); }
   /// Whether too many operands meet in one place; then the surface is not complete.
   [[nodiscard]] bool has_given_up() const { return has_given_up_; }
 
@@ -94,6 +103,9 @@ class SurfaceTracer {
   std::vector<std::uint32_t> touched_list_;
   std::vector<Untouched> untouched_;
   std::vector<Sides> boxes_of_untouched_;
+  std::vector<HotBox> hot_;
+  std::vector<std::vector<std::uint32_t>> vertex_of_;  // of each mesh and point: in the skin at hand, + 1
+  std::vector<std::uint32_t*> numbered_;               // entries of vertex_of_ that are not 0
 
   // Of the box at hand.
   SidedExpression expression_;
@@ -127,9 +139,18 @@ class SurfaceTracer {
   [[nodiscard]] std::optional<Cut> cut_in_the_middle(const SurfaceBox& box) const;
   SurfaceBox half(const SurfaceBox& box, const Cut& cut, bool upper);
   Label simplify(const SurfaceBox& box, const Word*& at, std::size_t& leaf, SurfaceBox& to);
-  [[nodiscard]] Label label_at_centre(std::uint32_t producer, const Sides& box) const;
+  [[nodiscard]] Label label_at_centre(std::uint32_t producer, const Sides& box);
+  [[nodiscard]] Label label_of_mesh(std::uint32_t producer, const Sides& box,
+                                    const std::array<double, 3>& centre);
   bool clip(std::uint32_t facet, const Sides& box, Polygon& polygon);
 
+  [[nodiscard]] bool is_within_region(std::uint32_t facet) const;
+  void add_whole(std::uint32_t facet, bool reversed, geometry::Skin& skin);
+  std::uint32_t vertex_of(const MeshSurface& mesh, std::uint32_t facet, std::uint32_t corner,
+                          std::vector<std::uint32_t>& numbers, geometry::Skin& skin);
+  [[nodiscard]] bool has_mesh(const SurfaceBox& box) const;
+  void leave_to_cells(const SurfaceBox& box);
+  void write_whole(const SurfaceBox& box, const Word*& at, std::size_t& leaf, std::vector<Word>& to) const;
   void find_pieces(const SurfaceBox& box);
   void find_pieces_of(std::uint32_t operand);
   void order_operands(std::uint32_t own, geometry::OrientedHyperplane outward, const Box<3>& bounds);

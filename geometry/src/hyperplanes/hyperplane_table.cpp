@@ -607,12 +607,12 @@ Hyperplane<D> HyperplaneTable<D>::round_source(const Source& source) const {
 }
 
 template <int D>
-HyperplaneTable<D>::Apart::Apart(HyperplaneTable& table) : table_(table) {}
+HyperplaneTable<D>::Unmerging::Unmerging(HyperplaneTable& table) : table_(table) {}
 template <int D>
-HyperplaneTable<D>::Apart::~Apart() = default;
+HyperplaneTable<D>::Unmerging::~Unmerging() = default;
 
 template <int D>
-OrientedHyperplane HyperplaneTable<D>::Apart::operator()(const Source& source) {
+OrientedHyperplane HyperplaneTable<D>::Unmerging::operator()(const Source& source) {
   const auto mark_of = [&](const Source& of) {
     const AffineMap<D>& map = table_.maps_[of.map];
     return map.mark(table_.covectors_[of.covector], map.residues());
@@ -624,6 +624,28 @@ OrientedHyperplane HyperplaneTable<D>::Apart::operator()(const Source& source) {
   }
   const Hyperplane<D> rounded = table_.round_source(source);
   return equals_->code({&rounded, source}, mark_of(source));
+}
+
+template <int D>
+HyperplaneId HyperplaneTable<D>::add_apart(std::uint32_t map, std::span<const Covector<D>> covectors) {
+  if (!families_.empty()) throw std::logic_error("hyperplanes are added apart before families are");
+  const auto first = static_cast<HyperplaneId>(hyperplanes_.size());
+  if (covectors.size() > free_ids()) throw Error("the model has too many different half-spaces; divide it");
+  const std::uint32_t first_covector = add_covectors(covectors);
+  for (std::uint32_t i = 0; i < covectors.size(); ++i) {
+    const Source source{map, first_covector + i};
+    hyperplanes_.push_back(round_source(source));
+    sources_.push_back(source);
+  }
+  return first;
+}
+
+template <int D>
+void HyperplaneTable<D>::take_back(HyperplaneId first) {
+  if (first >= hyperplanes_.size()) return;
+  covectors_.resize(covectors_.size() - (hyperplanes_.size() - first));
+  hyperplanes_.resize(first);
+  sources_.resize(first);
 }
 
 template <int D>

@@ -385,7 +385,7 @@ void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D
 }
 
 /// The surface alone, where that can be done. Collective.
-std::optional<RunResult> run_without_cells(Ranks& ranks, const dataflow::Network<3>& network,
+std::optional<RunResult> run_without_cells(Ranks& ranks, dataflow::Network<3>& network,
                                            const RunOptions& options, const Source& source,
                                            RunReport& report) {
   const bool needs_cells = options.resume || options.snapshot || options.on_frame || options.contacts ||
@@ -452,8 +452,8 @@ void check_same_model(Ranks& ranks, const dataflow::Network<D>& network, const s
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
-  const auto held =
-      std::make_shared<const dataflow::Network<D>>(translation<D>(source, options, report.threads));
+  const auto own = std::make_shared<dataflow::Network<D>>(translation<D>(source, options, report.threads));
+  const std::shared_ptr<const dataflow::Network<D>> held = own;
   const dataflow::Network<D>& network = *held;
   check_same_model(ranks, network, report.model);
   limit_refinement(network, options);
@@ -466,7 +466,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if (options.strict) refuse_warnings(report.warnings);
 
   if constexpr (D == 3)
-    if (auto surface = run_without_cells(ranks, network, options, source, report)) return std::move(*surface);
+    if (auto surface = run_without_cells(ranks, *own, options, source, report)) return std::move(*surface);
 
   ranks.begin("distribution");
   auto [progress, rank_of_region] =

@@ -37,7 +37,7 @@ void measure(RunReport& report, const geometry::TriangleSurface& surface) {
 }
 
 /// This rank's share of the skin. If one rank cannot find its own, all end soon. Collective.
-dataflow::TracedSurface share_of_surface(Ranks& ranks, const dataflow::Network<3>& network,
+dataflow::TracedSurface share_of_surface(Ranks& ranks, dataflow::Network<3>& network,
                                          const RunOptions& options, unsigned threads) {
   const double share = 1.0 / ranks.count();
   Contact contact(ranks, share, {}, options.on_progress, nullptr);
@@ -60,9 +60,10 @@ dataflow::TracedSurface share_of_surface(Ranks& ranks, const dataflow::Network<3
 
 }  // namespace
 
-std::optional<RunResult> tracing(Ranks& ranks, const dataflow::Network<3>& network, const RunOptions& options,
+std::optional<RunResult> tracing(Ranks& ranks, dataflow::Network<3>& network, const RunOptions& options,
                                  const RunReport& before) {
   ranks.begin("computation");
+  const std::size_t hyperplanes = network.table.size();
   dataflow::TracedSurface traced = share_of_surface(ranks, network, options, before.threads);
   ranks.agree([&] {
     if (traced.failure) std::rethrow_exception(traced.failure);
@@ -70,7 +71,7 @@ std::optional<RunResult> tracing(Ranks& ranks, const dataflow::Network<3>& netwo
   RunResult result;
   RunReport& report = result.report = before;
   report.has_cells = false;
-  report.hyperplanes = network.table.size();
+  report.hyperplanes = hyperplanes;
   const std::vector<std::uint64_t> mine{traced.interrupted, traced.has_given_up, traced.regions};
   bool has_given_up = false;
   for (const auto& share : all_gather(ranks, mine)) {

@@ -13,7 +13,7 @@ namespace bsp2::supersteps {
 /// together. The report has measures, but neither cells nor a digest of them. Collective.
 /// @return nothing where too many operands meet in one place: then cells are found sooner.
 /// @pre dataflow::has_plain_facets(network).
-std::optional<RunResult> tracing(Ranks& ranks, const dataflow::Network<3>& network, const RunOptions& options,
+std::optional<RunResult> tracing(Ranks& ranks, dataflow::Network<3>& network, const RunOptions& options,
                                  const RunReport& report);
 
 }  // namespace bsp2::supersteps

@@ -42,7 +42,7 @@ struct TracedSurface {
 /// along the facets of an operand that meets no other one. Decided by the one exact predicate, as cells are.
 /// The skins of all shares together are that of the solid, whatever the number of shares and threads.
 /// @pre has_plain_facets(network). @throws what a function of the options throws; the work has ended then.
-[[nodiscard]] TracedSurface trace_surface(const Network<3>& network, const SurfaceOptions& options);
+[[nodiscard]] TracedSurface trace_surface(Network<3>& network, const SurfaceOptions& options);
 
 /// 128 bits of points, triangles and owners, byte for byte.
 [[nodiscard]] std::string digest_of(const geometry::TriangleSurface& surface);

@@ -72,7 +72,12 @@ class HyperplaneTable {
 
   /// Gives ids of their own to hyperplanes that `merge` lets others represent; those that are equal share
   /// one. Between `merge` and `add_family`, in one thread.
-  class Apart;
+  class Unmerging;
+  /// Adds more hyperplanes after `merge`, each under an id of its own, whatever it equals, while no other
+  /// thread reads. @pre there are no families. @return the first id.
+  HyperplaneId add_apart(std::uint32_t map, std::span<const Covector<D>> covectors);
+  /// Takes back all that have been added apart: those from this id on.
+  void take_back(HyperplaneId first);
 
   /// Gives ids to the hyperplanes of a family, placed by `map`. After `merge`. @return the first id: add the
   /// number.
@@ -218,12 +223,12 @@ class HyperplaneTable {
 };
 
 template <int D>
-class HyperplaneTable<D>::Apart {
+class HyperplaneTable<D>::Unmerging {
  public:
-  explicit Apart(HyperplaneTable& table);
-  Apart(const Apart&) = delete;
-  Apart& operator=(const Apart&) = delete;
-  ~Apart();
+  explicit Unmerging(HyperplaneTable& table);
+  Unmerging(const Unmerging&) = delete;
+  Unmerging& operator=(const Unmerging&) = delete;
+  ~Unmerging();
   /// The hyperplane that equals that of the source, exactly. @throws Error if there are more hyperplanes than
   /// ids.
   OrientedHyperplane operator()(const Source& source);
