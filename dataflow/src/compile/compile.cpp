@@ -22,9 +22,9 @@
 namespace bsp2::dataflow {
 namespace {
 
+using geometry::Float128;
 using geometry::HyperplaneTable;
 using geometry::OrientedHyperplane;
-using geometry::Quad;
 
 /// Collects shapes and places occurrences: from the lowered tree to a network.
 template <int D>
@@ -89,10 +89,11 @@ class Compiler {
 
   /// By the exponents.
   static bool is_surely_small(const Transformer<D>& placement, double reach) {
-    const auto exponent = [](Quad x) { return geometry::QuadBits(x).exponent_field(); };
-    const int limit = exponent(static_cast<Quad>(std::min(1e40L, 0x1p20L * static_cast<long double>(reach))));
+    const auto exponent = [](Float128 x) { return geometry::Float128Bits(x).exponent_field(); };
+    const int limit =
+        exponent(static_cast<Float128>(std::min(1e40L, 0x1p20L * static_cast<long double>(reach))));
     for (const auto& row : placement.matrix())
-      for (const Quad entry : row)
+      for (const Float128 entry : row)
         if (exponent(entry) >= limit) return false;
     return true;
   }
@@ -100,7 +101,7 @@ class Compiler {
   /// Second moments are fifth powers of lengths, and all must stay far from the limits of a double.
   static void check_size(const Transformer<D>& placement, double reach) {
     for (const auto& row : placement.matrix())
-      for (const Quad entry : row) {
+      for (const Float128 entry : row) {
         const auto size = std::fabs(static_cast<long double>(entry));
         if (!(size <= 1e40L))
           throw Error(

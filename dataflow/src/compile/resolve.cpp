@@ -18,9 +18,9 @@
 #include "constructs/offset.hpp"
 #include "constructs/outline.hpp"
 #include "constructs/roof.hpp"
-#include "operands/any_constructs.hpp"
 #include "operands/enclosure.hpp"
 #include "operands/faceting.hpp"
+#include "operands/nd_constructs.hpp"
 #include "operands/nested.hpp"
 
 namespace bsp2::dataflow {

@@ -8,8 +8,8 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/bounds.hpp"
 #include "bsp2/model/builder/builder.hpp"
-#include "operands/any_constructs.hpp"
 #include "operands/enclosure.hpp"
+#include "operands/nd_constructs.hpp"
 #include "operands/placed_parts.hpp"
 
 namespace bsp2::dataflow {

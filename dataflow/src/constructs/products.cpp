@@ -7,7 +7,7 @@
 #include "bsp2/model/builder/bounds.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/expression/bottom_up.hpp"
-#include "operands/any_constructs.hpp"
+#include "operands/nd_constructs.hpp"
 #include "operands/placed_parts.hpp"
 
 namespace bsp2::dataflow {

@@ -11,7 +11,7 @@
 #include "bsp2/model/builder/builder.hpp"
 #include "constructs/convex_sum.hpp"
 #include "constructs/erosion.hpp"
-#include "operands/any_constructs.hpp"
+#include "operands/nd_constructs.hpp"
 #include "operands/placed_parts.hpp"
 
 namespace bsp2::dataflow {

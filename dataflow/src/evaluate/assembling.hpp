@@ -1,12 +1,12 @@
 #pragma once
 
-#include "evaluate/crew.hpp"
+#include "evaluate/evaluation_context.hpp"
 
 namespace bsp2::dataflow {
 
-/// What a crew has done, as one result: its nodes as one BSP tree a region, and the regions in which
+/// What a context has done, as one result: its nodes as one BSP tree a region, and the regions in which
 /// something is left.
 template <int D>
-void assemble(Crew<D>& crew, Evaluation<D>& result);
+void assemble(EvaluationContext<D>& context, Evaluation<D>& result);
 
 }  // namespace bsp2::dataflow

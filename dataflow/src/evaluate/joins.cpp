@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "bsp2/geometry/support/dimensions.hpp"
-#include "evaluate/alike.hpp"
-#include "evaluate/crew.hpp"
+#include "evaluate/common_owner.hpp"
+#include "evaluate/evaluation_context.hpp"
 
 namespace bsp2::dataflow {
 
@@ -44,8 +44,8 @@ geometry::Moments<D> below_zero(const Cell<D>& cell, const geometry::Moments<D>&
 
 template <int D>
 bool Worker<D>::needs_cell(const Token<D>& restored) const {
-  const UnfoldedFrontier& frontier = crew_.frontiers[restored.region];
-  if (crew_.options.suspend && frontier.has_ended(restored.restored)) return false;
+  const UnfoldedFrontier& frontier = context_.frontiers[restored.region];
+  if (context_.options.suspend && frontier.has_ended(restored.restored)) return false;
   const Frontier::Node& node = frontier.node(restored.restored);
   if (node.kind == Frontier::Kind::emitted || node.kind == Frontier::Kind::elsewhere) return false;
   return node.kind != Frontier::Kind::held || stays(node.label);
@@ -55,26 +55,26 @@ bool Worker<D>::needs_cell(const Token<D>& restored) const {
 /// it would have gone. @return a token to go on with, or null.
 template <int D>
 Token<D>* Worker<D>::unfold(Token<D>* token) {
-  const UnfoldedFrontier& frontier = crew_.frontiers[token->region];
+  const UnfoldedFrontier& frontier = context_.frontiers[token->region];
   const Frontier::Node& node = frontier.node(token->restored);
   if (node.kind != Frontier::Kind::split) {
     Outcome<D> outcome;
     outcome.level = token->level;
-    if (node.kind == Frontier::Kind::elsewhere && crew_.options.suspend) return leave(token);
+    if (node.kind == Frontier::Kind::elsewhere && context_.options.suspend) return suspend(token);
     if (node.kind == Frontier::Kind::held) {
       outcome.label = node.label;
       outcome.owner = node.value;
       outcome.cell = std::move(token->cell);
     } else {
-      outcome.form = Form::subtree;
+      outcome.kind = OutcomeKind::subtree;
       if (node.kind == Frontier::Kind::emitted && node.value != geometry::BspTree::empty_leaf)
         outcome.tree =
             node.value < 0
-                ? crew_.codes.cell(crew_.codes.earlier(), static_cast<std::uint32_t>(~node.value) - 1)
-                : crew_.codes.node(crew_.codes.earlier(), static_cast<std::uint32_t>(node.value));
+                ? context_.codes.cell(context_.codes.earlier(), static_cast<std::uint32_t>(~node.value) - 1)
+                : context_.codes.node(context_.codes.earlier(), static_cast<std::uint32_t>(node.value));
     }
     token->restored = Token<D>::not_restored;
-    return give(token, std::move(outcome));
+    return complete(token, std::move(outcome));
   }
   const auto hyperplane = static_cast<geometry::HyperplaneId>(node.value);
   const std::array<std::uint32_t, 2> children{frontier.negative(token->restored),
@@ -100,7 +100,7 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
   else
     add(other);
   if (!needed[0]) return process(token);
-  if (crew_.options.order == Order::depth) return token;
+  if (context_.options.order == Order::depth) return token;
   add(token);
   return nullptr;
 }
@@ -108,7 +108,7 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
 /// The same; what making the cells again takes is no part of a budget.
 template <int D>
 Token<D>* Worker<D>::unfold_by_the_clock(Token<D>* token) {
-  if (!crew_.options.budget_seconds) return unfold(token);
+  if (!context_.options.budget_seconds) return unfold(token);
   const std::int64_t before = unfolding.load(std::memory_order_relaxed);  // of this worker alone
   const auto start = std::chrono::steady_clock::now();
   Token<D>* next = unfold(token);
@@ -121,7 +121,7 @@ Token<D>* Worker<D>::unfold_by_the_clock(Token<D>* token) {
 
 /// Hands an outcome to the split it came from; whoever brings the second half goes on with the whole.
 template <int D>
-void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D>&& outcome) {
+void Worker<D>::deliver(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D>&& outcome) {
   while (parent != nullptr) {
     parent->outcomes[side] = std::move(outcome);
     if (parent->pending.fetch_sub(1, std::memory_order_acq_rel) == 2) return;
@@ -129,17 +129,17 @@ void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region,
     outcome = combine(*join);
     side = join->side;
     parent = join->parent;
-    if (outcome.form == Form::suspended_join) continue;
+    if (outcome.kind == OutcomeKind::suspended_join) continue;
     for (Outcome<D>& done : join->outcomes) done = {};
     join->cell = {};
     joins_.give(join);
   }
-  crew_.is_left[region] = outcome.is_suspended() || is_held(outcome);
-  if (crew_.is_left[region])
-    crew_.suspended[region] = std::move(outcome);
+  context_.is_left[region] = outcome.is_suspended() || is_held(outcome);
+  if (context_.is_left[region])
+    context_.suspended[region] = std::move(outcome);
   else
-    crew_.region_codes[region] = settle(outcome, region);
-  crew_.open_regions.fetch_sub(1, std::memory_order_acq_rel);
+    context_.region_codes[region] = emit_once(outcome, region);
+  context_.open_regions.fetch_sub(1, std::memory_order_acq_rel);
 }
 
 /// Two halves of one label are given back as one cell; others are emitted and become a node of the BSP tree.
@@ -149,20 +149,21 @@ Outcome<D> Worker<D>::combine(Join<D>& join) {
   if (a.is_suspended() || b.is_suspended()) return suspend(join);
   Outcome<D> whole;
   whole.level = join.level;
-  if (a.form == Form::cell && b.form == Form::cell && a.label == b.label && a.label != Label::fuzzy) {
-    if (const auto owner = owner_of_both<D>(crew_.network, localizer_, a.owner, b.owner,
+  if (a.kind == OutcomeKind::cell && b.kind == OutcomeKind::cell && a.label == b.label &&
+      a.label != Label::fuzzy) {
+    if (const auto owner = owner_of_both<D>(context_.network, localizer_, a.owner, b.owner,
                                             [&]() -> const Cell<D>& { return join.cell; })) {
       whole.label = a.label;
       whole.owner = *owner;
       whole.cell = std::move(join.cell);
-      if (stays(whole.label)) grow(-1);
+      if (stays(whole.label)) count_growth(-1);
       return whole;
     }
   }
-  const std::int64_t negative = settle(a, join.region), positive = settle(b, join.region);
-  whole.form = Form::subtree;
-  if (crew_.options.record_tree) {
-    whole.tree = crew_.codes.node(index, nodes.size());
+  const std::int64_t negative = emit_once(a, join.region), positive = emit_once(b, join.region);
+  whole.kind = OutcomeKind::subtree;
+  if (context_.options.record_tree) {
+    whole.tree = context_.codes.node(index, nodes.size());
     nodes.push_back({join.hyperplane, {negative, positive}});
   }
   return whole;
@@ -173,24 +174,24 @@ Outcome<D> Worker<D>::combine(Join<D>& join) {
 template <int D>
 Outcome<D> Worker<D>::suspend(Join<D>& join) {
   Outcome<D> whole;
-  whole.form = Form::suspended_join;
+  whole.kind = OutcomeKind::suspended_join;
   whole.level = join.level;
   whole.join = &join;
   for (const Outcome<D>& half : join.outcomes)
-    whole.divided = whole.divided || half.divided || half.form == Form::subtree;
+    whole.divided = whole.divided || half.divided || half.kind == OutcomeKind::subtree;
   if (whole.divided)
     for (Outcome<D>& half : join.outcomes)
-      if (half.form == Form::cell) half.tree = settle(half, join.region);
+      if (half.kind == OutcomeKind::cell) half.tree = emit_once(half, join.region);
   if (join.parent != nullptr) join.cell = {};  // will be built again
   return whole;
 }
 
 /// Emits what is still a cell. @return the code of the cell or the subtree.
 template <int D>
-std::int64_t Worker<D>::settle(Outcome<D>& outcome, std::uint32_t region) {
-  if (outcome.form == Form::subtree) return outcome.tree;
+std::int64_t Worker<D>::emit_once(Outcome<D>& outcome, std::uint32_t region) {
+  if (outcome.kind == OutcomeKind::subtree) return outcome.tree;
   const std::int64_t code = emit(outcome, region);
-  outcome.form = Form::subtree;
+  outcome.kind = OutcomeKind::subtree;
   outcome.cell = {};
   return code;
 }
@@ -198,30 +199,30 @@ std::int64_t Worker<D>::settle(Outcome<D>& outcome, std::uint32_t region) {
 /// Counts a decided cell and, if it is kept, sends it to the consumers. @return its code in the tree.
 template <int D>
 std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
-  const EvaluateOptions& options = crew_.options;
+  const EvaluateOptions& options = context_.options;
   const bool kept = outcome.label == Label::in      ? options.keep_in
                     : outcome.label == Label::fuzzy ? options.keep_fuzzy
                                                     : options.keep_out;
   if (outcome.label == Label::out && !kept) return 0;
   if (Container::is_one(outcome.owner)) outcome.owner = localizer_.owner_of(outcome.cell, found_);
-  if (kept && crew_.writes_cells) {
+  if (kept && context_.writes_cells) {
     write(outcome, region);
   } else {
     count(outcome, writer_.measure(outcome.cell));
     if (kept)
-      totals.digest.add(outcome.cell, outcome.label, crew_.network.primitive_of(outcome.owner),
+      totals.digest.add(outcome.cell, outcome.label, context_.network.primitive_of(outcome.owner),
                         part_of(outcome), outcome.level);
   }
   if (!kept) return 0;
   const std::uint64_t number = emitted++;
   decided_cells.store(emitted, std::memory_order_relaxed);
-  return crew_.codes.cell(index, number);
+  return context_.codes.cell(index, number);
 }
 
 /// What is not IN is no part of the model.
 template <int D>
 std::int32_t Worker<D>::part_of(const Outcome<D>& outcome) const {
-  return outcome.label == Label::in ? crew_.network.part_of(outcome.owner) : geometry::no_part;
+  return outcome.label == Label::in ? context_.network.part_of(outcome.owner) : geometry::no_part;
 }
 
 /// Counts a cell, and adds it to the batch at hand.
@@ -235,9 +236,9 @@ void Worker<D>::write(const Outcome<D>& outcome, std::uint32_t region) {
   CellBatch& cells = batch_->cells;
   count(outcome, writer_.append(outcome.cell, cells));
   cells.label.push_back(outcome.label);
-  cells.primitive.push_back(crew_.network.primitive_of(outcome.owner));
+  cells.primitive.push_back(context_.network.primitive_of(outcome.owner));
   cells.part.push_back(part_of(outcome));
-  cells.region.push_back(crew_.region_numbers[region]);
+  cells.region.push_back(context_.region_numbers[region]);
   cells.level.push_back(outcome.level);
   totals.digest.add(cells, cells.size() - 1);
   if (cells.size() >= cells_per_batch) flush();
@@ -255,7 +256,7 @@ void Worker<D>::count(const Outcome<D>& outcome, const geometry::Moments<D>& mom
   } else {
     ++totals.in_cells;
     totals.in.add(moments);
-    if (const std::int32_t part = part_of(outcome); part >= 0 && crew_.network.is_divided())
+    if (const std::int32_t part = part_of(outcome); part >= 0 && context_.network.is_divided())
       totals.of_part(static_cast<std::size_t>(part)).add(moments);
     const auto range = geometry::vertex_range(outcome.cell);
     for (int i = 0; i < D; ++i) {
@@ -269,7 +270,7 @@ template <int D>
 void Worker<D>::flush() {
   if (batch_ != nullptr && !batch_->cells.empty()) {
     batch_->cells.shrink_to_fit();
-    crew_.queue.push(std::move(batch_));
+    context_.queue.push(std::move(batch_));
   }
   batch_ = nullptr;
 }
@@ -281,21 +282,22 @@ void Worker<D>::count_decided(std::uint16_t level) {
 
 /// There are so many cells more now, decided or not. Once there are enough, all stop.
 template <int D>
-void Worker<D>::grow(std::int64_t cells) {
-  if (!crew_.options.cells || cells == 0) return;
-  const std::int64_t grown = crew_.grown.fetch_add(cells, std::memory_order_relaxed) + cells;
-  if (cells > 0 && grown >= 0 && static_cast<std::uint64_t>(grown) >= *crew_.options.cells) crew_.stop = true;
+void Worker<D>::count_growth(std::int64_t cells) {
+  if (!context_.options.cells || cells == 0) return;
+  const std::int64_t grown = context_.grown.fetch_add(cells, std::memory_order_relaxed) + cells;
+  if (cells > 0 && grown >= 0 && static_cast<std::uint64_t>(grown) >= *context_.options.cells)
+    context_.stop = true;
 }
 
-#define BSP2_INSTANTIATE(D)                                                             \
-  template Token<D>* Worker<D>::unfold(Token<D>*);                                      \
-  template Token<D>* Worker<D>::unfold_by_the_clock(Token<D>*);                         \
-  template void Worker<D>::finish(Join<D>*, std::uint8_t, std::uint32_t, Outcome<D>&&); \
-  template std::int64_t Worker<D>::settle(Outcome<D>&, std::uint32_t);                  \
-  template std::int64_t Worker<D>::emit(Outcome<D>&, std::uint32_t);                    \
-  template void Worker<D>::flush();                                                     \
-  template void Worker<D>::count_decided(std::uint16_t);                                \
-  template void Worker<D>::grow(std::int64_t);
+#define BSP2_INSTANTIATE(D)                                                              \
+  template Token<D>* Worker<D>::unfold(Token<D>*);                                       \
+  template Token<D>* Worker<D>::unfold_by_the_clock(Token<D>*);                          \
+  template void Worker<D>::deliver(Join<D>*, std::uint8_t, std::uint32_t, Outcome<D>&&); \
+  template std::int64_t Worker<D>::emit_once(Outcome<D>&, std::uint32_t);                \
+  template std::int64_t Worker<D>::emit(Outcome<D>&, std::uint32_t);                     \
+  template void Worker<D>::flush();                                                      \
+  template void Worker<D>::count_decided(std::uint16_t);                                 \
+  template void Worker<D>::count_growth(std::int64_t);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

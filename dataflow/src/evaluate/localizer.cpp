@@ -71,17 +71,17 @@ bool has_many_leaves(std::span<const Word> program) {
 template <int D>
 Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, Words& out, Cut& cut) {
   view_.look_at(cell);
-  const bool quick = program.size() > long_program && has_many_leaves(program);
-  Answer answer = localize(program, out, quick);
-  if (answer.label == Label::in && was_hasty_ && (network_->has_colours || network_->is_divided()))
+  const bool box_test_only = program.size() > long_program && has_many_leaves(program);
+  Answer answer = localize(program, out, box_test_only);
+  if (answer.label == Label::in && was_box_test_only_ && (network_->has_colours || network_->is_divided()))
     answer = localize(program, out, false);  // an earlier operand may have all of the cell
   if (answer.label != Label::fuzzy) return answer;
-  const bool thin = is_thin(), between_first = quick && !thin;
+  const bool thin = is_thin(), between_first = box_test_only && !thin;
   if (between_first && choose_between_operands(out, cut)) {
-    cut.hasty = was_hasty_;
+    cut.box_test_only = was_box_test_only_;
     return answer;
   }
-  const bool again = was_hasty_;
+  const bool again = was_box_test_only_;
   if (again) {
     std::swap(out, second_pass_);
     answer = localize(second_pass_, out, false);
@@ -154,7 +154,7 @@ std::int32_t Localizer<D>::owner_of(const Cell<D>& cell, Words& out) {
   if (operand_groups_.empty()) group_operands();
   if (operand_groups_.empty()) return decide(network_->program, cell, out).owner;
   view_.look_at(cell);
-  view_.be_quick(false);
+  view_.test_boxes_only(false);
   // The answer of an operand if it is IN; else only that it is not.
   const auto ask = [&](const auto& self, const Word*& at) -> Answer {
     const Word kind = at[0] & Program::kind_mask;
@@ -225,11 +225,11 @@ Box<D> Localizer<D>::box_of(const Word*& at) const {
 }
 
 template <int D>
-Answer Localizer<D>::localize(std::span<const Word> program, Words& out, bool quick) {
+Answer Localizer<D>::localize(std::span<const Word> program, Words& out, bool box_test_only) {
   out.clear();
   active_.clear();
-  stays_undecided_ = was_hasty_ = false;
-  view_.be_quick(quick);
+  stays_undecided_ = was_box_test_only_ = false;
+  view_.test_boxes_only(box_test_only);
   if (program.empty()) return {Label::out};
   const Word* at = program.data();
   return visit(at, out);
@@ -309,7 +309,7 @@ Answer Localizer<D>::visit_leaf(const Word*& at, Words& out) {
       return answer;
     });
     if (label == Label::fuzzy) {
-      was_hasty_ |= view_.quick() && listed_planes(leaf).empty();
+      was_box_test_only_ |= view_.box_test_only() && listed_planes(leaf).empty();
       return {Label::fuzzy};
     }
     if (label == Label::in && producer.undecided) {  // no cut will tell more
@@ -464,7 +464,7 @@ template <int D>
 bool Localizer<D>::is_left(const Producer<D>& producer, const Cell<D>& cell) {
   if (producer.guard < 0) return true;
   view_.look_at(cell);
-  view_.be_quick(false);
+  view_.test_boxes_only(false);
   active_.clear();
   Words unused;
   for (std::int32_t i = producer.guard; i >= 0; i = network_->guards[static_cast<std::size_t>(i)].around) {
@@ -523,7 +523,7 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
       producer.kind != ProducerKind::round)
     return false;
   view_.look_at(cell);
-  view_.be_quick(false);
+  view_.test_boxes_only(false);
   if constexpr (D == 3) {
     if (producer.kind == ProducerKind::lathe) {
       const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
@@ -566,7 +566,7 @@ std::vector<typename Localizer<D>::UndecidedOperand> Localizer<D>::undecided_ope
 
 /// How the operands may be parted across an axis.
 template <int D>
-Parting Localizer<D>::part_operands(std::span<const Word> program, int axis) {
+SplitPosition Localizer<D>::part_operands(std::span<const Word> program, int axis) {
   const CellExtent<D>& extent = view_.extent();
   stretches_.clear();
   for (const ActiveLeaf& leaf : active_) {
@@ -574,17 +574,17 @@ Parting Localizer<D>::part_operands(std::span<const Word> program, int axis) {
     stretches_.push_back({std::max(producer.lower[axis], extent.lower[axis]),
                           std::min(producer.upper[axis], extent.upper[axis])});
   }
-  return best_parting(stretches_);
+  return best_split_position(stretches_);
 }
 
 /// The longest axis, but for one across which operands come apart better.
 template <int D>
-std::pair<int, Parting> Localizer<D>::axis_between_operands(std::span<const Word> program) {
+std::pair<int, SplitPosition> Localizer<D>::axis_between_operands(std::span<const Word> program) {
   constexpr double clearly = 0.95, least_possible = 0.5;  // every operand reaches below the place or above it
   const std::array<int, D> axes = view_.extent().axes_by_length();
-  std::pair<int, Parting> best{axes[0], part_operands(program, axes[0])};
+  std::pair<int, SplitPosition> best{axes[0], part_operands(program, axes[0])};
   for (std::size_t i = 1; i < axes.size() && least_possible < clearly * best.second.share; ++i) {
-    const Parting other = part_operands(program, axes[i]);
+    const SplitPosition other = part_operands(program, axes[i]);
     if (other.share < clearly * best.second.share) best = {axes[i], other};
   }
   return best;

@@ -23,7 +23,7 @@ template <int D>
 struct Token;
 
 /// What became of a token.
-enum class Form : std::uint8_t {
+enum class OutcomeKind : std::uint8_t {
   cell,             ///< a cell of one label, not yet emitted
   subtree,          ///< several cells, all emitted
   suspended_token,  ///< undecided, to be gone on with later
@@ -32,7 +32,7 @@ enum class Form : std::uint8_t {
 
 template <int D>
 struct Outcome {
-  Form form = Form::cell;
+  OutcomeKind kind = OutcomeKind::cell;
   geometry::Label label = geometry::Label::out;  ///< of a cell
   bool divided =
       false;  ///< of a suspended one: some of its cells have been emitted, so it is never given back whole
@@ -46,7 +46,7 @@ struct Outcome {
   geometry::Cell<D> cell;  ///< may be empty for OUT
 
   [[nodiscard]] bool is_suspended() const {
-    return form == Form::suspended_token || form == Form::suspended_join;
+    return kind == OutcomeKind::suspended_token || kind == OutcomeKind::suspended_join;
   }
 };
 

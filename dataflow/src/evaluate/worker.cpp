@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "bsp2/geometry/support/dimensions.hpp"
-#include "evaluate/crew.hpp"
+#include "evaluate/evaluation_context.hpp"
 
 namespace bsp2::dataflow {
 
@@ -16,17 +16,17 @@ using geometry::Cell;
 using geometry::Label;
 
 template <int D>
-Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
-    : totals(crew.network.table.radius(), crew.network.table.width()),
+Worker<D>::Worker(EvaluationContext<D>& context, std::uint32_t index_)
+    : totals(context.network.table.radius(), context.network.table.width()),
       index(index_),
-      crew_(crew),
-      splitter_(crew.network.table),
+      context_(context),
+      splitter_(context.network.table),
       clipper_(splitter_),
-      localizer_(crew.network, splitter_),
-      writer_(crew.network.table) {
+      localizer_(context.network, splitter_),
+      writer_(context.network.table) {
   totals.reset_bounds();
-  localizer_.set_tolerance(crew.options.tolerance.value_or(0));
-  if (crew.options.angle) localizer_.set_view(crew.options.eye, *crew.options.angle);
+  localizer_.set_tolerance(context.options.tolerance.value_or(0));
+  if (context.options.angle) localizer_.set_view(context.options.eye, *context.options.angle);
 }
 
 template <int D>
@@ -35,17 +35,17 @@ void Worker<D>::run() {
     work();
     flush();
   } catch (...) {
-    crew_.fail();
+    context_.fail();
   }
   totals.counts = splitter_.counts();
-  if (crew_.running.fetch_sub(1) == 1) crew_.queue.nudge();
+  if (context_.running.fetch_sub(1) == 1) context_.queue.nudge();
 }
 
 template <int D>
 void Worker<D>::work() {
   unsigned idle = 0;
-  while (crew_.open_regions.load(std::memory_order_acquire) != 0 &&
-         !crew_.abort.load(std::memory_order_relaxed)) {
+  while (context_.open_regions.load(std::memory_order_acquire) != 0 &&
+         !context_.abort.load(std::memory_order_relaxed)) {
     Token<D>* token = next();
     if (token == nullptr) {
       if (++idle < 64)
@@ -55,40 +55,41 @@ void Worker<D>::work() {
       continue;
     }
     idle = 0;
-    while (token != nullptr && !crew_.abort.load(std::memory_order_relaxed)) token = process(token);
+    while (token != nullptr && !context_.abort.load(std::memory_order_relaxed)) token = process(token);
   }
 }
 
 template <int D>
 void Worker<D>::add(Token<D>* token) {
-  if (crew_.options.order == Order::depth) return deque.push(token);
+  if (context_.options.order == Order::depth) return deque.push(token);
   const CellExtent<D> extent(token->cell);
   const double radius = extent.radius(token->cell);
   double key = radius;
-  if (!crew_.options.eye.empty()) {
+  if (!context_.options.eye.empty()) {
     double square = 0;
     for (std::size_t i = 0; i < D; ++i)
-      square += (extent.centre[i] - crew_.options.eye[i]) * (extent.centre[i] - crew_.options.eye[i]);
+      square += (extent.centre[i] - context_.options.eye[i]) * (extent.centre[i] - context_.options.eye[i]);
     key /= std::max(std::sqrt(square), radius);
   }
-  const std::lock_guard lock(crew_.heap_mutex);
-  crew_.heap.push_back({key, token});
-  std::push_heap(crew_.heap.begin(), crew_.heap.end());
+  const std::lock_guard lock(context_.heap_mutex);
+  context_.heap.push_back({key, token});
+  std::push_heap(context_.heap.begin(), context_.heap.end());
 }
 
 template <int D>
 Token<D>* Worker<D>::next() {
-  if (crew_.options.order == Order::priority) {
-    const std::lock_guard lock(crew_.heap_mutex);
-    if (crew_.heap.empty()) return nullptr;
-    std::pop_heap(crew_.heap.begin(), crew_.heap.end());
-    Token<D>* token = crew_.heap.back().token;
-    crew_.heap.pop_back();
+  if (context_.options.order == Order::priority) {
+    const std::lock_guard lock(context_.heap_mutex);
+    if (context_.heap.empty()) return nullptr;
+    std::pop_heap(context_.heap.begin(), context_.heap.end());
+    Token<D>* token = context_.heap.back().token;
+    context_.heap.pop_back();
     return token;
   }
   if (Token<D>* own = deque.pop()) return own;
-  for (std::size_t i = 1; i < crew_.workers.size(); ++i)
-    if (Token<D>* stolen = crew_.workers[(index + i) % crew_.workers.size()]->deque.steal()) return stolen;
+  for (std::size_t i = 1; i < context_.workers.size(); ++i)
+    if (Token<D>* stolen = context_.workers[(index + i) % context_.workers.size()]->deque.steal())
+      return stolen;
   return nullptr;
 }
 
@@ -97,24 +98,24 @@ template <int D>
 Token<D>* Worker<D>::process(Token<D>* token) {
   Outcome<D> outcome;
   outcome.level = token->level;
-  const bool stop = crew_.stop.load(std::memory_order_relaxed);
+  const bool stop = context_.stop.load(std::memory_order_relaxed);
   if (token->restored != Token<D>::not_restored) {
-    if (crew_.options.suspend && (stop || has_ended(*token))) return leave(token);
-    if (crew_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token)
+    if (context_.options.suspend && (stop || has_ended(*token))) return suspend(token);
+    if (context_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token)
       return unfold_by_the_clock(token);
-    const auto program = crew_.frontiers[token->region].program(token->restored);
+    const auto program = context_.frontiers[token->region].program(token->restored);
     token->program.assign(program);
     token->restored = Token<D>::not_restored;
   }
-  const bool deep = crew_.options.level && token->level >= *crew_.options.level;
+  const bool deep = context_.options.level && token->level >= *context_.options.level;
   // What is not cut again is looked at closely, also in a picture, unless it may be taken up again later.
-  const bool final = deep && !crew_.options.suspend;
+  const bool final = deep && !context_.options.suspend;
   bool left = stop && !final;
   if (!left) {
     typename Localizer<D>::Cut cut;
     Answer answer = localizer_.fire(token->program, token->cell, program_, cut);
-    if (final && cut.hasty) answer = localizer_.decide(token->program, token->cell, program_);
-    if (!crew_.fired.load(std::memory_order_relaxed)) crew_.fired = true;
+    if (final && cut.box_test_only) answer = localizer_.decide(token->program, token->cell, program_);
+    if (!context_.fired.load(std::memory_order_relaxed)) context_.fired = true;
     left = answer.label == Label::fuzzy;
     if (left && !deep && !cut.none) {
       token->program.swap(program_);
@@ -122,25 +123,25 @@ Token<D>* Worker<D>::process(Token<D>* token) {
     }
     outcome.label = answer.label;
     outcome.owner = answer.owner;
-    if (!stays(answer.label)) grow(-1);
+    if (!stays(answer.label)) count_growth(-1);
   }
-  if (left && crew_.options.suspend) {
+  if (left && context_.options.suspend) {
     token->ended = !stop;
-    return leave(token);
+    return suspend(token);
   }
   if (left) end_undecided(*token, outcome);
   outcome.cell = std::move(token->cell);
   if (left && outcome.label == Label::in)
-    outcome.tree = settle(outcome, token->region);  // like a FUZZY cell, it is never given back
-  return give(token, std::move(outcome));
+    outcome.tree = emit_once(outcome, token->region);  // like a FUZZY cell, it is never given back
+  return complete(token, std::move(outcome));
 }
 
 /// A cell that is not cut again is FUZZY, unless no more than what it belongs to is undecided about it.
 template <int D>
 void Worker<D>::end_undecided(const Token<D>& token, Outcome<D>& outcome) {
   Answer answer{Label::fuzzy};
-  if (crew_.network.is_divided()) answer = localizer_.decide(token.program, token.cell, program_);
-  if (crew_.network.is_divided() && answer.label == Label::fuzzy) answer = Localizer<D>::known(program_);
+  if (context_.network.is_divided()) answer = localizer_.decide(token.program, token.cell, program_);
+  if (context_.network.is_divided() && answer.label == Label::fuzzy) answer = Localizer<D>::known(program_);
   outcome.label = answer.label;
   outcome.owner = answer.owner;
 }
@@ -148,29 +149,30 @@ void Worker<D>::end_undecided(const Token<D>& token, Outcome<D>& outcome) {
 /// Whether nothing is left to be done with a token, or below a node of a frontier, that is suspended.
 template <int D>
 bool Worker<D>::has_ended(const Token<D>& token) const {
-  return token.restored == Token<D>::not_restored ? token.ended
-                                                  : crew_.frontiers[token.region].has_ended(token.restored);
+  return token.restored == Token<D>::not_restored
+             ? token.ended
+             : context_.frontiers[token.region].has_ended(token.restored);
 }
 
 /// Leaves a token, or what is below a node of a frontier, to another evaluation. @return null.
 template <int D>
-Token<D>* Worker<D>::leave(Token<D>* token) {
+Token<D>* Worker<D>::suspend(Token<D>* token) {
   if (has_ended(*token)) count_decided(token->level);  // there is nothing to be done
   Outcome<D> outcome;
   outcome.level = token->level;
-  outcome.form = Form::suspended_token;
+  outcome.kind = OutcomeKind::suspended_token;
   outcome.divided = token->restored != Token<D>::not_restored &&
-                    crew_.frontiers[token->region].has_emitted(token->restored);
+                    context_.frontiers[token->region].has_emitted(token->restored);
   outcome.token = token;
-  finish(token->parent, token->side, token->region, std::move(outcome));
+  deliver(token->parent, token->side, token->region, std::move(outcome));
   return nullptr;
 }
 
 /// The end of a token. @return null.
 template <int D>
-Token<D>* Worker<D>::give(Token<D>* token, Outcome<D>&& outcome) {
+Token<D>* Worker<D>::complete(Token<D>* token, Outcome<D>&& outcome) {
   count_decided(token->level);
-  finish(token->parent, token->side, token->region, std::move(outcome));
+  deliver(token->parent, token->side, token->region, std::move(outcome));
   tokens_.give(token);
   return nullptr;
 }
@@ -203,9 +205,9 @@ void Worker<D>::cut(const Cell<D>& cell, geometry::HyperplaneId hyperplane, std:
 template <int D>
 Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& plane) {
   const std::array<bool, 2> is_out{plane.negative_is_out, plane.positive_is_out};
-  const bool need_out = crew_.options.keep_out;
+  const bool need_out = context_.options.keep_out;
   const std::array<bool, 2> built{need_out || !is_out[0], need_out || !is_out[1]};
-  grow(built[0] + built[1] - 1);
+  count_growth(built[0] + built[1] - 1);
   Join<D>* join = join_of(*token, plane.hyperplane);
   std::array<Cell<D>, 2> halves;
   cut(token->cell, plane.hyperplane, built, halves);
@@ -239,9 +241,9 @@ Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& pl
     outside.level = level;
     outside.cell = std::move(halves[side]);
     count_decided(level);
-    finish(join, side, region, std::move(outside));
+    deliver(join, side, region, std::move(outside));
   }
-  if (!is_left || crew_.options.order == Order::depth) return is_left ? token : nullptr;
+  if (!is_left || context_.options.order == Order::depth) return is_left ? token : nullptr;
   add(token);
   return nullptr;
 }
@@ -251,7 +253,7 @@ template <int D>
 bool Worker<D>::may_clip(const Token<D>& token, const typename Localizer<D>::Cut& cut) const {
   const std::size_t deepest = token.level + cut.last_planes.size();
   return !cut.last_planes.empty() &&
-         deepest <= crew_.options.level.value_or(std::numeric_limits<std::uint16_t>::max());
+         deepest <= context_.options.level.value_or(std::numeric_limits<std::uint16_t>::max());
 }
 
 /// Cuts along the last operand until all is decided. The cells are those that `split` would find one by one.
@@ -261,22 +263,22 @@ Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut
   Outcome<D> outcome;
   outcome.level = token->level;
   if (cut_along(cut.last_planes, stays(cut.beyond.label))) {
-    outcome.form = Form::subtree;
+    outcome.kind = OutcomeKind::subtree;
     const std::size_t cells =
         (stays(cut.behind.label) ? 1 : 0) + (stays(cut.beyond.label) ? pieces_.size() : 0);
-    grow(static_cast<std::int64_t>(cells) - 1);
-    outcome.tree = settle_pieces(*token, cut);
+    count_growth(static_cast<std::int64_t>(cells) - 1);
+    outcome.tree = emit_pieces(*token, cut);
     count_decided(token->level);
-    finish(token->parent, token->side, token->region, std::move(outcome));
+    deliver(token->parent, token->side, token->region, std::move(outcome));
     token->cell = {};
     tokens_.give(token);
     return nullptr;
   }
-  if (!stays(cut.beyond.label)) grow(-1);
+  if (!stays(cut.beyond.label)) count_growth(-1);
   outcome.label = cut.beyond.label;  // nothing is inside: no cut was needed
   outcome.owner = cut.beyond.owner;
   outcome.cell = std::move(token->cell);
-  return give(token, std::move(outcome));
+  return complete(token, std::move(outcome));
 }
 
 /// Clips the cell by the half-spaces, the one first that leaves most of it outside. @return whether anything
@@ -284,7 +286,7 @@ Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut
 template <int D>
 bool Worker<D>::cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest) {
   pieces_.clear();
-  left_.assign(crew_.network.table, planes);
+  left_.assign(context_.network.table, planes);
   auto centre = clipper_.centre();
   while (left_.size() > 0) {
     const std::size_t chosen = left_.furthest(centre);
@@ -301,34 +303,34 @@ bool Worker<D>::cut_along(std::span<const geometry::OrientedHyperplane> planes, 
 
 /// Emits what a chain of cuts made. @return the code of its subtree.
 template <int D>
-std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut) {
+std::int64_t Worker<D>::emit_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut) {
   Outcome<D> outcome;
   outcome.label = cut.behind.label;
   outcome.owner = cut.behind.owner;
   outcome.level = static_cast<std::uint16_t>(token.level + pieces_.size());
   if (stays(outcome.label)) outcome.cell = clipper_.cell();
-  std::int64_t tree = settle(outcome, token.region);
-  outcome.form = Form::cell;
+  std::int64_t tree = emit_once(outcome, token.region);
+  outcome.kind = OutcomeKind::cell;
   outcome.label = cut.beyond.label;
   outcome.owner = cut.beyond.owner;
   for (std::size_t i = pieces_.size(); i-- > 0;) {
     outcome.level = static_cast<std::uint16_t>(token.level + i + 1);
     outcome.cell = std::move(pieces_[i].cell);
     const std::int64_t beyond = emit(outcome, token.region);
-    if (!crew_.options.record_tree) continue;
+    if (!context_.options.record_tree) continue;
     const bool flipped = pieces_[i].plane.flipped();
     nodes.push_back({pieces_[i].plane.id(), {flipped ? beyond : tree, flipped ? tree : beyond}});
-    tree = crew_.codes.node(index, nodes.size() - 1);
+    tree = context_.codes.node(index, nodes.size() - 1);
   }
   return tree;
 }
 
 #define BSP2_INSTANTIATE(D)                                                                 \
-  template Worker<D>::Worker(Crew<D>&, std::uint32_t);                                      \
+  template Worker<D>::Worker(EvaluationContext<D>&, std::uint32_t);                         \
   template void Worker<D>::run();                                                           \
   template void Worker<D>::add(Token<D>*);                                                  \
-  template Token<D>* Worker<D>::leave(Token<D>*);                                           \
-  template Token<D>* Worker<D>::give(Token<D>*, Outcome<D>&&);                              \
+  template Token<D>* Worker<D>::suspend(Token<D>*);                                         \
+  template Token<D>* Worker<D>::complete(Token<D>*, Outcome<D>&&);                          \
   template Join<D>* Worker<D>::join_of(const Token<D>&, geometry::HyperplaneId);            \
   template void Worker<D>::cut(const Cell<D>&, geometry::HyperplaneId, std::array<bool, 2>, \
                                std::array<Cell<D>, 2>&);

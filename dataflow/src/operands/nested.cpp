@@ -21,8 +21,8 @@
 namespace bsp2::dataflow {
 namespace {
 
+using geometry::Float128;
 using geometry::Matrix;
-using geometry::Quad;
 
 class CellCollector : public Consumer {
  public:
@@ -138,8 +138,8 @@ PointSet<D> placed_corners(const Occurrence<D>& occurrence) {
   const auto add = [&](const std::array<double, D>& local) {
     auto& point = points.emplace_back();
     for (int i = 0; i < D; ++i) {
-      Quad sum = matrix[i][D];
-      for (int j = 0; j < D; ++j) sum += matrix[i][j] * static_cast<Quad>(local[j]);
+      Float128 sum = matrix[i][D];
+      for (int j = 0; j < D; ++j) sum += matrix[i][j] * static_cast<Float128>(local[j]);
       point[i] = static_cast<double>(sum);
     }
   };
@@ -413,7 +413,7 @@ model::Expression replaced(const model::Expression& solid, int dimension,
                            both,
                            [&occurrence] { return flat(placed_corners(occurrence)); }};
     for (const auto& row : occurrence.placement.matrix())
-      for (const Quad entry : row) placed.matrix.push_back(static_cast<double>(entry));
+      for (const Float128 entry : row) placed.matrix.push_back(static_cast<double>(entry));
     placed.matrix.resize((D + 1) * (D + 1));
     placed.matrix.back() = 1;
     return leaf(placed);

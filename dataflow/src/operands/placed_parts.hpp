@@ -1,6 +1,6 @@
 #pragma once
 
-// What the constructs of any dimension (any_constructs.hpp) share: maps, and what is done to one placed
+// What the constructs of any dimension (nd_constructs.hpp) share: maps, and what is done to one placed
 // primitive after the other.
 
 #include <functional>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bsp2/model/builder/builder.hpp"
-#include "operands/any_constructs.hpp"
+#include "operands/nd_constructs.hpp"
 #include "operands/nested.hpp"
 
 namespace bsp2::dataflow {

@@ -8,10 +8,10 @@
 
 namespace bsp2::dataflow {
 
+using geometry::Float128;
 using geometry::is_one;
 using geometry::is_zero;
 using geometry::Matrix;
-using geometry::Quad;
 using geometry::to_long_double;
 
 template <int D>
@@ -43,12 +43,12 @@ Transformer<D> Transformer<D>::after(const Transformer& inner) const {
   for (int i = 0; i < D; ++i) {
     result[i][D] = matrix_[i][D];
     for (int k = 0; k < D; ++k) {
-      const Quad factor = matrix_[i][k];
+      const Float128 factor = matrix_[i][k];
       if (is_zero(factor)) continue;  // most matrices are full of zeros and ones
       for (int j = 0; j <= D; ++j) {
-        const Quad entry = inner.matrix_[k][j];
+        const Float128 entry = inner.matrix_[k][j];
         if (is_zero(entry)) continue;
-        const Quad product = is_one(factor) ? entry : is_one(entry) ? factor : factor * entry;
+        const Float128 product = is_one(factor) ? entry : is_one(entry) ? factor : factor * entry;
         result[i][j] = is_zero(result[i][j]) ? product : result[i][j] + product;
       }
     }

@@ -16,7 +16,7 @@ using geometry::Position;
 template <int D>
 Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) const {
   const bool whole = (leaf[0] & Program::whole) != 0;
-  if (cell.quick() && whole && cell.extent().contains(producer_)) {
+  if (cell.box_test_only() && whole && cell.extent().contains(producer_)) {
     out.append({leaf, Program::header});
     return Label::fuzzy;
   }

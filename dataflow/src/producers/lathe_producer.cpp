@@ -31,7 +31,7 @@ Label LatheProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const 
   if ((leaf[0] & (Program::whole | Program::ranged)) == 0)
     return ConvexProducer<3>(network_, producer_).ask(leaf, cell, out);
   const bool is_whole = (leaf[0] & Program::whole) != 0;
-  if (cell.quick() && is_whole && cell.extent().contains(producer_)) {
+  if (cell.box_test_only() && is_whole && cell.extent().contains(producer_)) {
     out.append({leaf, Program::header});
     return Label::fuzzy;
   }
@@ -49,7 +49,7 @@ Label LatheProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const 
   tighten(range, cell, at);
   if (is_outside(at)) return Label::out;
   if (is_within_sides(at)) range.sides = 0;
-  if (size(range) > few_facets && (cell.quick() || parting(range, cell))) {
+  if (size(range) > few_facets && (cell.box_test_only() || parting(range, cell))) {
     out[begin] |= Program::ranged;
     out.push(caps, range.first_band, range.bands, range.first_side, range.sides);
     return Label::fuzzy;
@@ -139,7 +139,7 @@ void LatheProducer::tighten(Range& range, const CellView<3>& view, const Place& 
     const auto known = std::lower_bound(lathe_.by_id.begin(), lathe_.by_id.end(), plane.id(),
                                         [](const auto& entry, HyperplaneId id) { return entry.first < id; });
     if (known == lathe_.by_id.end() || known->first != plane.id()) continue;
-    const Lathe::Parting& parting = known->second;
+    const Lathe::SplitPosition& parting = known->second;
     const bool positive =
         parting.plane.flipped() != plane.flipped();  // the cell is on the negative side of `plane`
     if (!parting.axial) {
@@ -198,7 +198,7 @@ void LatheProducer::meet_sides(Range& range, std::uint32_t first, std::uint32_t 
   }
 }
 
-// --- quick answers ---
+// --- tests of boxes alone ---
 
 /// Radius of the corners at a height between the first and the last ring; concave.
 double LatheProducer::profile(double z) const {
@@ -229,15 +229,15 @@ bool LatheProducer::is_within_sides(const Place& place) const {
 /// The parting plane nearest to the middle of the range that crosses the cell; sides are parted or bands,
 /// whichever are more numerous.
 std::optional<HyperplaneId> LatheProducer::parting(const Range& range, CellView<3>& cell) const {
-  const auto nearest = [&](const std::vector<Lathe::Parting>& planes, std::uint32_t target,
+  const auto nearest = [&](const std::vector<Lathe::SplitPosition>& planes, std::uint32_t target,
                            auto&& is_within) -> std::optional<HyperplaneId> {
     if (planes.empty()) return std::nullopt;
-    const auto above =
-        std::lower_bound(planes.begin(), planes.end(), target,
-                         [](const Lathe::Parting& parting, std::uint32_t at) { return parting.at < at; });
+    const auto above = std::lower_bound(
+        planes.begin(), planes.end(), target,
+        [](const Lathe::SplitPosition& parting, std::uint32_t at) { return parting.at < at; });
     const auto middle = static_cast<std::size_t>(above - planes.begin()) % planes.size();
     for (const std::size_t step : {std::size_t{0}, planes.size() - 1, std::size_t{1}, planes.size() / 4}) {
-      const Lathe::Parting& parting = planes[(middle + step) % planes.size()];
+      const Lathe::SplitPosition& parting = planes[(middle + step) % planes.size()];
       if (is_within(parting.at) && cell.crosses(parting.plane.id())) return parting.plane.id();
     }
     return std::nullopt;

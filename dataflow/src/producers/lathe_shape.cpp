@@ -32,12 +32,12 @@ LatheShape::LatheShape(std::uint32_t sides, std::vector<double> radius, std::vec
 
 Lathe place_lathe(const LatheShape& shape, const Transformer<3>& placement,
                   std::span<const geometry::OrientedHyperplane> planes, double radius, double moved) {
-  using geometry::Quad;
+  using geometry::Float128;
   Lathe lathe = shape.lathe;
   for (std::size_t cap = 0; cap < shape.cap_count; ++cap) lathe.caps.push_back(planes[cap].code);
   std::size_t next = shape.facet_count;
   for (auto* partings : {&lathe.axial, &lathe.level})
-    for (Lathe::Parting& parting : *partings) {
+    for (Lathe::SplitPosition& parting : *partings) {
       parting.plane = planes[next++];
       lathe.by_id.emplace_back(parting.plane.id(), parting);
     }
@@ -50,12 +50,12 @@ Lathe place_lathe(const LatheShape& shape, const Transformer<3>& placement,
     const int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
     return m[a][c] * m[b][d] - m[a][d] * m[b][c];
   };
-  const Quad determinant = m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
+  const Float128 determinant = m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
   for (int i = 0; i < 3; ++i) {
-    Quad shift = 0;
+    Float128 shift = 0;
     double sum = 0, magnitude = 0;
     for (int j = 0; j < 3; ++j) {
-      const Quad entry = cofactor(j, i) / determinant;
+      const Float128 entry = cofactor(j, i) / determinant;
       lathe.to_frame[i][j] = static_cast<double>(entry);
       shift -= entry * m[j][3];
       sum += lathe.to_frame[i][j] * lathe.to_frame[i][j];

@@ -140,7 +140,7 @@ void MeshProducer::for_each_facet(const Word* leaf, Visit&& visit) const {
 
 Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   const bool whole = (leaf[0] & Program::whole) != 0;
-  if (cell.quick() && whole && cell.extent().contains(producer_)) {
+  if (cell.box_test_only() && whole && cell.extent().contains(producer_)) {
     out.append({leaf, Program::header});
     return Label::fuzzy;
   }
@@ -151,7 +151,7 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   for_each_facet(leaf, [&](Word facet) {
     if (may_meet(mesh_.facets[facet], cell)) out.push(facet);
   });
-  if (!cell.quick()) drop_beyond(cell, out, begin + header);
+  if (!cell.box_test_only()) drop_beyond(cell, out, begin + header);
   std::optional<Reference> reference = reference_of(leaf);
   if (!reference || !is_inside(reference->point, cell.cell())) reference = new_reference(leaf, cell);
   if (out.size() == begin + header)
@@ -174,7 +174,7 @@ bool MeshProducer::may_meet(const Mesh::Facet& facet, CellView<3>& cell) const {
     if (std::max({(*a)[i], (*b)[i], (*c)[i]}) + mesh_.error < extent.lower[i]) return false;
   }
   if (extent.position(cell.table().rounded(facet.plane.id())) != Position::crossing) return false;
-  return cell.quick() || cell.crosses(facet.plane.id());
+  return cell.box_test_only() || cell.crosses(facet.plane.id());
 }
 
 void MeshProducer::load(std::span<const Word> facets, geometry::TriangleColumns& triangles) const {

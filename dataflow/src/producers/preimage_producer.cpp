@@ -163,7 +163,7 @@ std::vector<std::array<double, F>> PreimageProducer<D>::points_of(const Image& i
 
 template <int D>
 Label PreimageProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) const {
-  if (cell.quick()) {
+  if (cell.box_test_only()) {
     out.append({leaf, leaf[1]});
     return Label::fuzzy;
   }

@@ -60,7 +60,7 @@ Label RoundProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) con
     if (where == Position::positive) return Label::out;
     if (where == Position::crossing) out.push(plane.code);
   }
-  if (cell.quick()) return Label::fuzzy;
+  if (cell.box_test_only()) return Label::fuzzy;
   const Label label = state.kind == State::Kind::inside ? Label::in : ask_round(state, cell);
   if (label == Label::out || (label == Label::in && out.size() == first_plane)) return label;
   if (label == Label::in) state.kind = State::Kind::inside;

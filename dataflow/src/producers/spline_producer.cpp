@@ -63,7 +63,7 @@ template <int D>
 typename SplineProducer<D>::Image SplineProducer<D>::image_of(const CellView<D>& cell) const {
   Image image{.box = in_frame(cell.extent())};
   for (int i = 0; i < D; ++i) image.size = std::max(image.size, image.box.upper[i] - image.box.lower[i]);
-  if (cell.quick()) return image;
+  if (cell.box_test_only()) return image;
   const auto& [scale, origin] = tree_.placement();
   double error = 0, reach = 0;
   for (const auto& vertex : cell.cell().vertices()) {
@@ -84,7 +84,7 @@ template <int D>
 bool SplineProducer<D>::may_meet(Number patch, const Node& node, const Image& image,
                                  CellView<D>& cell) const {
   if (node.box().misses(image.box)) return false;
-  if (cell.quick()) return true;
+  if (cell.box_test_only()) return true;
   for (std::uint32_t i = 0; i < tree_.hyperplanes(); ++i) {
     const auto sides = node.sides(i, image.points, image.error);
     if (sides.all_positive ||
@@ -111,7 +111,7 @@ void SplineProducer<D>::keep(Number patch, const Node& node, std::uint32_t level
 template <int D>
 Label SplineProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) const {
   const bool whole = (leaf[0] & Program::whole) != 0;
-  if (cell.quick() && whole && cell.extent().contains(producer_)) {
+  if (cell.box_test_only() && whole && cell.extent().contains(producer_)) {
     out.append({leaf, Program::header});
     return Label::fuzzy;
   }

@@ -43,7 +43,7 @@ class SplineProducer {
   struct Image {
     Box<D> box;                 ///< holds the cell
     double size = 0;            ///< the longest side of the box
-    std::vector<Point> points;  ///< the vertices; unless the question is a quick one
+    std::vector<Point> points;  ///< the vertices; unless boxes alone are tested
     double error = 0;           ///< of their coordinates
   };
   [[nodiscard]] Box<D> bounds(const Word* leaf, const CellView<D>& cell) const;

@@ -24,7 +24,7 @@ std::size_t TorusProducer::undecided(const Word* leaf) const {
 
 Label TorusProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   State state = state_of(leaf);
-  if (!cell.quick()) {
+  if (!cell.box_test_only()) {
     tighten(state, cell);
     if (state.known)
       if (const Label label = ask_vertices(state.wedge, cell); label != Label::fuzzy) return label;

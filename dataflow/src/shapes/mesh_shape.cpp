@@ -112,11 +112,11 @@ Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int g
   for (const auto& point : shape.points) {
     auto& placed = mesh.points.emplace_back();
     for (int i = 0; i < 3; ++i) {
-      geometry::Quad sum = matrix[i][3];
+      geometry::Float128 sum = matrix[i][3];
       double magnitude = std::fabs(static_cast<double>(sum));
       for (int j = 0; j < 3; ++j) {
-        const geometry::Quad term =
-            matrix[i][j] * static_cast<geometry::Quad>(std::ldexp(static_cast<double>(point[j]), -53));
+        const geometry::Float128 term =
+            matrix[i][j] * static_cast<geometry::Float128>(std::ldexp(static_cast<double>(point[j]), -53));
         sum += term;
         magnitude += std::fabs(static_cast<double>(term));
       }

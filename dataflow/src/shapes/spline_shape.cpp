@@ -10,7 +10,7 @@
 
 namespace bsp2::dataflow {
 
-using geometry::Quad;
+using geometry::Float128;
 
 // --- points ---
 
@@ -22,9 +22,9 @@ PlacedPoints<D>::PlacedPoints(const std::vector<double>& coordinates, std::size_
   for (std::size_t at = 0; at < coordinates.size(); at += stride) {
     auto& point = points_.emplace_back();
     for (std::size_t i = 0; i < D; ++i) {
-      Quad sum = placement.matrix()[i][D];
+      Float128 sum = placement.matrix()[i][D];
       for (std::size_t j = 0; j < D; ++j)
-        sum += placement.matrix()[i][j] * static_cast<Quad>(coordinates[at + j]);
+        sum += placement.matrix()[i][j] * static_cast<Float128>(coordinates[at + j]);
       point[i] = static_cast<long double>(sum);
       lower_[i] = std::min(lower_[i], point[i]);
       upper_[i] = std::max(upper_[i], point[i]);

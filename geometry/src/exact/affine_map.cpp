@@ -13,12 +13,12 @@ namespace bsp2::geometry {
 namespace {
 
 /// value * 2^-exponent rounded to the nearest integer, halves away from 0.
-Int128 on_grid(Quad value, int exponent) {
-  using Bits = QuadBits::Bits;
-  constexpr int fraction = QuadBits::fraction_size;
-  const QuadBits bits(value);
+Int128 on_grid(Float128 value, int exponent) {
+  using Bits = Float128Bits::Bits;
+  constexpr int fraction = Float128Bits::fraction_size;
+  const Float128Bits bits(value);
   const int field = bits.exponent_field();
-  const int shift = field - QuadBits::bias - fraction - exponent;
+  const int shift = field - Float128Bits::bias - fraction - exponent;
   if (shift > 12)
     throw std::logic_error(
         "an affine map exceeds the model's grid");  // at most 2^125; also what is not finite

@@ -586,8 +586,8 @@ std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance, unsi
     round(window, windows.size() == 1 ? threads : 1);
     merging.find_keys(window);
   };
-  MadeAhead<Window>::run(windows.size(), threads, round_window,
-                         [&](const Window& window) { merging.add(window); });
+  OrderedPipeline<Window>::run(windows.size(), threads, round_window,
+                               [&](const Window& window) { merging.add(window); });
   extents_ = {};
   return merging.take();
 }

@@ -19,7 +19,7 @@ void Skin::append(const Skin& other) {
     edges.push_back({first_vertex + edge.from, first_vertex + edge.to, first_face + edge.face, edge.across});
 }
 
-void Skin::unite_names() {
+void Skin::weld() {
   std::vector<std::uint32_t> order(vertices.size()), place(vertices.size());
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(),

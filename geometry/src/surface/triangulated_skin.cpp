@@ -372,7 +372,7 @@ TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const 
   Steps steps(told);
   ExactPoints exact(table);
   sort_faces(skin);
-  skin.unite_names();
+  skin.weld();
   TriangulatedSkin result;
   PointSet& points = result.points = unite_points(table, skin);
   steps.begin(0.25, 0.4);

@@ -38,7 +38,7 @@ bool draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
   };
   try {
     check();
-    geometry::MadeAhead<Frame>::run(
+    geometry::OrderedPipeline<Frame>::run(
         film.count, threads,
         [&](std::size_t i, Frame& frame) {
           supersteps::Ranks alone;

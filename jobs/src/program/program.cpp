@@ -29,7 +29,7 @@
 namespace bsp2::jobs {
 namespace {
 
-constexpr int ours = 1, users = 2;
+constexpr int internal_error = 1, user_error = 2;
 
 /// Everything that is said to the user goes through this: one line each on stderr.
 spdlog::logger make_log() {
@@ -95,7 +95,8 @@ void tell_written(std::ostream& out, const RunCommand& command, const supersteps
 /// @return the exit code where some outputs failed: a mistake of ours weighs more than the user's.
 int code_of(const supersteps::RunReport& report) {
   int code = 0;
-  for (const auto& failed : report.failed) code = code == ours || !failed.is_users ? ours : users;
+  for (const auto& failed : report.failed)
+    code = code == internal_error || !failed.is_users ? internal_error : user_error;
   return code;
 }
 
@@ -290,16 +291,16 @@ int exit_code(const std::function<int()>& body, bool speaks, spdlog::logger& log
     return body();
   } catch (const Error& error) {
     log.error("{}", error.what());
-    return users;
+    return user_error;
   } catch (const supersteps::Failure& failure) {
     log.error("{}", failure.what());
-    return ours;
+    return internal_error;
   } catch (const std::bad_alloc&) {
     log.error("out of memory");
-    return ours;
+    return internal_error;
   } catch (const std::exception& error) {
     log.error("internal error: {}", error.what());
-    return ours;
+    return internal_error;
   }
 }
 

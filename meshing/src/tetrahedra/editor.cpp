@@ -8,7 +8,7 @@
 namespace bsp2::meshing {
 namespace {
 
-using Quad = std::array<std::uint32_t, 4>;
+using Float128 = std::array<std::uint32_t, 4>;
 using Sides = std::array<std::int32_t, 4>;
 
 std::array<std::uint32_t, 3> sorted(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
@@ -31,7 +31,7 @@ Editor::Editor(const Tetrahedra& mesh) : sides_(mesh.sides), points_(mesh.points
   star_.resize(points_.size());
   tetrahedra_.reserve(mesh.tetrahedra.size());
   for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
-    const Quad& p = mesh.tetrahedra[i];
+    const Float128& p = mesh.tetrahedra[i];
     Sides sides;
     for (int k = 0; k < 4; ++k) {
       const auto face = sorted(p[(k + 1) % 4], p[(k + 2) % 4], p[(k + 3) % 4]);
@@ -55,7 +55,7 @@ Tetrahedra Editor::result() const {
     }
   for (const Tetrahedron& t : tetrahedra_) {
     if (t.is_gone()) continue;
-    const Quad p{map[t.point[0]], map[t.point[1]], map[t.point[2]], map[t.point[3]]};
+    const Float128 p{map[t.point[0]], map[t.point[1]], map[t.point[2]], map[t.point[3]]};
     mesh.tetrahedra.push_back(p);
     mesh.part.push_back(t.part);
     constexpr std::array<std::array<int, 3>, 4> outward{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
@@ -69,7 +69,7 @@ Tetrahedra Editor::result() const {
   return mesh;
 }
 
-double Editor::shape(const Quad& p) const {
+double Editor::shape(const Float128& p) const {
   return shape_of(points_[p[0]], points_[p[1]], points_[p[2]], points_[p[3]]);
 }
 
@@ -93,7 +93,7 @@ double Editor::worst_at(std::uint32_t p) const {
   return worst;
 }
 
-std::uint32_t Editor::add(const Quad& points, const Sides& sides, std::int32_t part) {
+std::uint32_t Editor::add(const Float128& points, const Sides& sides, std::int32_t part) {
   std::uint32_t t = static_cast<std::uint32_t>(tetrahedra_.size());
   if (free_.empty()) {
     tetrahedra_.push_back({});
@@ -119,7 +119,7 @@ void Editor::remove(std::uint32_t t) {
 
 /// The tetrahedron on the other side of a face, or `none`.
 std::uint32_t Editor::beyond(std::uint32_t t, int face) const {
-  const Quad& p = tetrahedra_[t].point;
+  const Float128& p = tetrahedra_[t].point;
   const std::uint32_t a = p[(face + 1) % 4], b = p[(face + 2) % 4], c = p[(face + 3) % 4];
   for (const std::uint32_t other : star_[a])
     if (other != t && tetrahedra_[other].place_of(b) >= 0 && tetrahedra_[other].place_of(c) >= 0)
@@ -320,7 +320,7 @@ bool Editor::collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& li
     const Tetrahedron& tet = tetrahedra_[t];
     if (tet.place_of(v) >= 0) continue;
     if (tet.shape <= 0) ++turned_before;
-    Quad p = tet.point;
+    Float128 p = tet.point;
     p[static_cast<std::size_t>(tet.place_of(u))] = v;
     const double now = shape(p);
     if (now <= 0 && (!has_turned || (now < hardly_turned && depth(p) > deepest))) return false;
@@ -363,7 +363,7 @@ void Editor::replace_with_middle(const Ring& ring, std::uint32_t u, std::uint32_
     const Tetrahedron tet = tetrahedra_[t];
     const auto iu = static_cast<std::size_t>(tet.place_of(u)), iv = static_cast<std::size_t>(tet.place_of(v));
     remove(t);
-    Quad at_u = tet.point, at_v = tet.point;
+    Float128 at_u = tet.point, at_v = tet.point;
     Sides side_u = tet.side, side_v = tet.side;
     at_u[iv] = m;
     side_u[iu] = inner;
@@ -383,7 +383,7 @@ std::uint32_t Editor::split(std::uint32_t u, std::uint32_t v, double least) {
   points_.push_back(middle);
   for (const std::uint32_t t : ring.tetrahedra)
     for (const std::uint32_t end : {u, v}) {
-      Quad p = tetrahedra_[t].point;
+      Float128 p = tetrahedra_[t].point;
       p[static_cast<std::size_t>(tetrahedra_[t].place_of(end))] = m;
       const double now = shape(p);
       if (now <= 0 || now < std::min(least, tetrahedra_[t].shape / 2)) {
@@ -418,7 +418,7 @@ bool Editor::split_better(std::uint32_t u, std::uint32_t v) {
     double worst = 1;
     for (const std::uint32_t t : ring.tetrahedra)
       for (const std::uint32_t end : {u, v}) {
-        Quad p = tetrahedra_[t].point;
+        Float128 p = tetrahedra_[t].point;
         p[static_cast<std::size_t>(tetrahedra_[t].place_of(end))] = m;
         worst = worst > best ? std::min(worst, shape(p)) : worst;
       }
@@ -630,7 +630,7 @@ bool Editor::flip_face(std::uint32_t t, int face) {
 double Editor::worst_with(std::uint32_t p, const Point& x, double enough) const {
   double worst = 1;
   for (const std::uint32_t t : star_[p]) {
-    const Quad& q = tetrahedra_[t].point;
+    const Float128& q = tetrahedra_[t].point;
     const auto at = [&](int k) -> const Point& { return q[k] == p ? x : points_[q[k]]; };
     worst = std::min(worst, shape_of(at(0), at(1), at(2), at(3)));
     if (worst <= enough) return worst;

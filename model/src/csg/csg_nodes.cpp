@@ -8,7 +8,7 @@
 
 #include "bsp2/model/expression/suggestion.hpp"
 #include "builder/matrix.hpp"
-#include "csg/csg_any_nodes.hpp"
+#include "csg/csg_nd_nodes.hpp"
 #include "csg/csg_primitive_nodes.hpp"
 #include "csg/csg_spline_nodes.hpp"
 #include "text/colour_names.hpp"

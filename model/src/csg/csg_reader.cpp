@@ -12,7 +12,7 @@
 #include "builder/matrix.hpp"
 #include "builder/node_pool.hpp"
 #include "builder/polyhedron.hpp"
-#include "csg/csg_any_nodes.hpp"
+#include "csg/csg_nd_nodes.hpp"
 #include "csg/csg_nodes.hpp"
 #include "csg/csg_spline_nodes.hpp"
 #include "text/csg_scanner.hpp"
@@ -162,7 +162,7 @@ class Reader {
     std::optional<double> volume_scale{};  // once it was asked for
   };
   std::vector<MatrixText> matrices_;            // of the multmatrix frames
-  std::vector<AnyNode> any_nodes_;              // of the frames of nodes that OpenSCAD does not have
+  std::vector<NdNode> nd_nodes_;                // of the frames of nodes that OpenSCAD does not have
   std::vector<std::optional<Colour>> colours_;  // of the color frames
   std::vector<Construct> constructs_;           // of the frames from hull to roof
   std::vector<SyntaxError> problems_;
@@ -291,9 +291,9 @@ void Reader::interpret(Frame& frame) {
       break;
     default: {
       if (is_any_node(frame.kind) && frame.kind < NodeKind::cube) {
-        any_nodes_.emplace_back();
+        nd_nodes_.emplace_back();
         try {
-          any_nodes_.back() = read_any_node(frame.kind, arguments);
+          nd_nodes_.back() = read_nd_node(frame.kind, arguments);
         } catch (const Error& error) {
           note(frame, error.what());
         }
@@ -544,8 +544,8 @@ Expression Reader::image_of(Frame& frame, const Expression& child) {
 
 /// What a node that OpenSCAD does not have makes of its children.
 Expression Reader::any_node_of(Frame& frame) {
-  const AnyNode node = std::move(any_nodes_.back());
-  any_nodes_.pop_back();
+  const NdNode node = std::move(nd_nodes_.back());
+  nd_nodes_.pop_back();
   if (frame.problem != none) return pool_.empty(0);
   try {
     std::vector<Expression> operands;
@@ -560,7 +560,7 @@ Expression Reader::any_node_of(Frame& frame) {
       if (dimension != 0) operands.push_back(pool_.boolean(Operation::unite, dimension, children));
     }
     if (frame.problem != none || operands.empty()) return pool_.empty(0);
-    const Expression made = make_any_node(frame.kind, node, operands, pool_);
+    const Expression made = make_nd_node(frame.kind, node, operands, pool_);
     if (is_construct(frame.kind)) {
       if (std::any_of(operands.begin(), operands.end(),
                       [&](const Expression& e) { return pool_.is_empty(e); }))

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "bsp2/dataflow/regions/archive.hpp"
-#include "bsp2/dataflow/regions/giving_back.hpp"
+#include "bsp2/dataflow/regions/coarsening.hpp"
 #include "bsp2/dataflow/regions/portion.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
@@ -173,14 +173,14 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
   alone.begin("computation");
   bool stopped = true;
   while (stopped) {
-    Keeper keeper;
-    std::vector<dataflow::Consumer*> consumers{&keeper};
+    CollectingConsumer collector;
+    std::vector<dataflow::Consumer*> consumers{&collector};
     const std::vector<std::uint32_t> numbers = progress.region_numbers();
     const Recorded before = recorded(progress.meshes);
     auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads,
                                      before, options.cells, nullptr, consumers)
                           .evaluation;
-    progress.add(numbers, evaluation, before, keeper);
+    progress.add(numbers, evaluation, before, collector);
     progress.partition.regions = std::move(evaluation.unfinished);
     const std::uint64_t open = open_of(progress.partition.regions);
     stopped = evaluation.stopped && open > 0;
@@ -305,7 +305,7 @@ class Joiner {
       if (dataflow::remains_of(region.frontier).elsewhere > 0)
         refuse(plan_path_,
                "and its results do not fit (part of region " + std::to_string(number) + " is missing)");
-      auto& regions = dataflow::whole_of(region) ? whole_regions : progress_.partition.regions;
+      auto& regions = dataflow::uniform_region_of(region) ? whole_regions : progress_.partition.regions;
       regions.push_back(std::move(region));
     }
     if (std::any_of(seen.begin(), seen.end(), [](unsigned count) { return count != 1; }))
@@ -313,7 +313,7 @@ class Joiner {
     dataflow::add_regions(network_, progress_.partition, std::move(whole_regions));
     Ranks alone;
     alone.begin("computation");
-    give_back(alone, network_, progress_, options_of(plan_.head), alone.cores_of_a_rank(), nullptr);
+    coarsen(alone, network_, progress_, options_of(plan_.head), alone.cores_of_a_rank(), nullptr);
     set_partition(head_, progress_.partition);
     head_.steps = 1;
     set_totals(head_, progress_.totals);

@@ -244,14 +244,14 @@ void set_partition(io::SnapshotHead& head, const dataflow::Partition<D>& partiti
 
 template <int D>
 void Progress<D>::add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation,
-                      const Recorded& before, Keeper& keeper, CellStream* stream) {
+                      const Recorded& before, CollectingConsumer& collector, CellStream* stream) {
   totals += evaluation.totals;
   if (!keeps_cells) return;
-  const Dealing dealing = divide_trees<D>(evaluation, regions, before, meshes);
+  const Assignment assignment = divide_trees<D>(evaluation, regions, before, meshes);
   RegionCells cells;
-  if (stream == nullptr || stream->holds_here()) cells = divide_cells(dealing, keeper.take());
+  if (stream == nullptr || stream->holds_here()) cells = divide_cells(assignment, collector.take());
   if (stream == nullptr || stream->keeps()) append(meshes, cells);
-  if (stream != nullptr) stream->deal(dealing, cells);
+  if (stream != nullptr) stream->deal(assignment, cells);
 }
 
 template <int D>

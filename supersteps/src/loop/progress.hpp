@@ -27,7 +27,7 @@ struct Progress {
   /// @param before what it counted from: `recorded(meshes)`. @param stream that sends its cells to the
   /// master; may be null.
   void add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation,
-           const Recorded& before, Keeper& keeper, CellStream* stream = nullptr);
+           const Recorded& before, CollectingConsumer& collector, CellStream* stream = nullptr);
   [[nodiscard]] std::vector<std::uint32_t> region_numbers() const;
 };
 
@@ -55,10 +55,10 @@ bool move_regions(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>
 
 /// Gives back what is whole on both sides of a cut between regions, and emits the cells of regions that are
 /// one cell for good. Collective; of a held region its number, label and part travel, and no cells.
-/// @see dataflow::give_back
+/// @see dataflow::coarsen
 template <int D>
-void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
-               const RunOptions& options, unsigned threads, CellStream* stream);
+void coarsen(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
+             const RunOptions& options, unsigned threads, CellStream* stream);
 
 /// Writes the progress of all ranks as one snapshot, together. Collective.
 /// @param records the table of the supersteps so far, on the master.

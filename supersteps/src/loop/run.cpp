@@ -191,10 +191,10 @@ template <int D>
 Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
                     const RunOptions& options, unsigned threads, std::optional<std::uint64_t> quota,
                     CellStream* stream) {
-  Keeper keeper;
+  CollectingConsumer collector;
   Teller teller(options);
   std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells && (stream == nullptr || stream->holds_here())) consumers.push_back(&keeper);
+  if (options.collect_cells && (stream == nullptr || stream->holds_here())) consumers.push_back(&collector);
   if (options.on_new_cells) consumers.push_back(&teller);
   const std::vector<std::uint32_t> numbers = progress.region_numbers();
   const Recorded before = recorded(progress.meshes);
@@ -203,7 +203,7 @@ Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<
   ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells +
                     computed.evaluation.totals.out_cells);
   malloc_trim(0);  // what the workers held: the next supersteps need other sizes
-  progress.add(numbers, computed.evaluation, before, keeper, stream);
+  progress.add(numbers, computed.evaluation, before, collector, stream);
   progress.partition.regions = std::move(computed.evaluation.unfinished);
   return computed;
 }
@@ -270,13 +270,14 @@ template <int D>
 void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options,
                unsigned threads, CellStream* stream) {
   if (progress.partition.regions.empty()) return;
-  Keeper keeper;
+  CollectingConsumer collector;
   std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&keeper);
+  if (options.collect_cells) consumers.push_back(&collector);
   if (stream != nullptr) consumers.push_back(stream);
   const Recorded before = recorded(progress.meshes);
-  auto evaluation = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
-  progress.add(progress.region_numbers(), evaluation, before, keeper, stream);
+  auto evaluation =
+      provisional_cells<D>(network, progress.partition.regions, options, threads, before, consumers);
+  progress.add(progress.region_numbers(), evaluation, before, collector, stream);
 }
 
 /// Cells go to the master while they are computed, if they are wanted there.
@@ -296,7 +297,7 @@ RunResult collected(Ranks& ranks, const dataflow::Network<D>& network,
                     std::size_t regions, CellStream* stream = nullptr) {
   RunResult result;
   result.is_collected = collection(ranks, meshes, collect, stream);
-  Part part = join(std::move(meshes), D, regions);
+  MergedMesh part = join(std::move(meshes), D, regions);
   malloc_trim(0);  // the regions' own trees
   ranks.count_cells(part.cells);
   std::vector<std::int32_t> leaves(regions);
@@ -417,12 +418,13 @@ std::optional<FailedOutput> show_frame(Ranks& ranks, const dataflow::Network<D>&
   return attempt(ranks, [&] {
     RegionMeshes meshes;
     ranks.agree([&] {
-      Keeper keeper;
-      dataflow::Consumer* const consumers[] = {&keeper};
+      CollectingConsumer collector;
+      dataflow::Consumer* const consumers[] = {&collector};
       meshes = progress.meshes;
       const Recorded before = recorded(meshes);
-      auto rest = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
-      divide<D>(rest, progress.region_numbers(), before, keeper.take(), meshes);
+      auto rest =
+          provisional_cells<D>(network, progress.partition.regions, options, threads, before, consumers);
+      divide<D>(rest, progress.region_numbers(), before, collector.take(), meshes);
     });
     RunResult now = collected(ranks, network, progress.partition, std::move(meshes), Collect::file,
                               rank_of_region.size());
@@ -492,7 +494,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     steer(ranks, options, progress.steps, D, of_step);
     const bool stopped =
         advance(ranks, network, progress, rank_of_region, of_step, end.cells, report.threads, stream);
-    give_back(ranks, network, progress, options, report.threads, stream);
+    coarsen(ranks, network, progress, options, report.threads, stream);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
     saves_late = options.strict && options.snapshot && end.last && !end.interrupted &&
                  is_nothing_left(ranks, progress);

@@ -90,11 +90,11 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<
   constexpr int most_times = 5;
   constexpr double enough_seconds = 0.5;
   NodeFigures figures;
-  Keeper keeper;
+  CollectingConsumer collector;
   double spent = 0;
   for (int time = 0; time < most_times && spent < enough_seconds; ++time) {
-    keeper.take();  // of the time before
-    std::vector<dataflow::Consumer*> consumers{&keeper};
+    collector.take();  // of the time before
+    std::vector<dataflow::Consumer*> consumers{&collector};
     std::vector<dataflow::Region<D>> begun;
     for (const auto& region : regions) begun.push_back(region.copy());
     const double start = processor_seconds();
@@ -110,7 +110,7 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<
   if constexpr (D == 3) {
     if (!with_facets) return figures;
     Batches batches;
-    for (const auto& refinement : keeper.take()) batches.emplace_back(refinement, &refinement->cells);
+    for (const auto& refinement : collector.take()) batches.emplace_back(refinement, &refinement->cells);
     figures.facets = count_boundary_facets(network.table, batches, options.threads);
   }
   return figures;

@@ -8,7 +8,7 @@
 
 #include "bsp2/dataflow/surface/surface.hpp"
 #include "ranks/exchange.hpp"
-#include "regions/contact.hpp"
+#include "regions/progress_exchange.hpp"
 #include "stages/stages.hpp"
 
 namespace bsp2::supersteps {
@@ -40,7 +40,7 @@ void measure(RunReport& report, const geometry::TriangleSurface& surface) {
 dataflow::TracedSurface share_of_surface(Ranks& ranks, dataflow::Network<3>& network,
                                          const RunOptions& options, unsigned threads) {
   const double share = 1.0 / ranks.count();
-  Contact contact(ranks, share, {}, options.on_progress, nullptr);
+  ProgressExchange exchange(ranks, share, {}, options.on_progress, nullptr);
   bool is_interrupted = false;
   dataflow::TracedSurface traced = dataflow::trace_surface(
       network, {.threads = threads,
@@ -49,12 +49,12 @@ dataflow::TracedSurface share_of_surface(Ranks& ranks, dataflow::Network<3>& net
                 .interrupted =
                     [&] {
                       is_interrupted = is_interrupted || (options.interrupted && options.interrupted());
-                      return is_interrupted || contact.is_over();
+                      return is_interrupted || exchange.is_over();
                     },
-                .on_progress = [&](double done) { contact.progress(share * done, 0, 0); }});
+                .on_progress = [&](double done) { exchange.progress(share * done, 0, 0); }});
   traced.interrupted = is_interrupted;
-  if (is_interrupted || traced.has_given_up || traced.failure) contact.end_all();
-  contact.finish();
+  if (is_interrupted || traced.has_given_up || traced.failure) exchange.end_all();
+  exchange.finish();
   return traced;
 }
 

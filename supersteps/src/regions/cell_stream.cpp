@@ -8,13 +8,13 @@
 
 namespace boost::serialization {
 template <>
-struct is_bitwise_serializable<bsp2::supersteps::Dealing::Run> : mpl::true_ {};
+struct is_bitwise_serializable<bsp2::supersteps::Assignment::Run> : mpl::true_ {};
 }  // namespace boost::serialization
 
 namespace bsp2::supersteps {
 namespace {
 
-// Letters that messages begin with; `send` of a mesh and Contact use others.
+// Letters that messages begin with; `send` of a mesh and ProgressExchange use others.
 constexpr char some_cells = 'C', cells_of_region = 'B', a_dealing = 'D';
 
 /// Cells of one worker of a rank. @tparam Batch const where they are sent.
@@ -43,12 +43,12 @@ struct SentRegion {
 };
 
 struct SentDealing {
-  Dealing dealing;
+  Assignment assignment;
   std::int32_t rank = 0;
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive& dealing.dimension& dealing.region& dealing.end& dealing.runs& rank;
+    archive& assignment.dimension& assignment.region& assignment.end& assignment.runs& rank;
   }
 };
 
@@ -90,12 +90,12 @@ void CellStream::consume(const std::shared_ptr<const dataflow::Refinement>& refi
   ranks_.hide(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
-void CellStream::deal(const Dealing& dealing, const RegionCells& cells) {
+void CellStream::deal(const Assignment& assignment, const RegionCells& cells) {
   if (is_abandoned_) return;
   if (ranks_.is_master())
     put(cells);
   else
-    waiting_.push_back(message_of(a_dealing, SentDealing{dealing, ranks_.rank()}));
+    waiting_.push_back(message_of(a_dealing, SentDealing{assignment, ranks_.rank()}));
 }
 
 bool CellStream::send() {
@@ -128,7 +128,7 @@ void CellStream::take(std::string_view message) {
   } else {
     SentDealing sent;
     dataflow::from_bytes(bytes, sent);
-    const RegionCells cells = divide_cells(sent.dealing, undealt_[sent.rank].take());
+    const RegionCells cells = divide_cells(sent.assignment, undealt_[sent.rank].take());
     for (const auto& [region, batches] : cells)
       for (const auto& batch : batches) count_ -= batch->size();  // they have been counted
     put(cells);

@@ -15,10 +15,10 @@ namespace bsp2::supersteps {
 /// Collection, as far as it is hidden: cells go to the master, or up a tree of masters, while others are
 /// computed.
 ///
-/// Cells travel as the workers decide them, with the syncs of Contact. Which region has which of them is
-/// known when the trees of a round are; then this travels, and the master puts the regions together. The
-/// trees stay with the regions until all is computed. What is sent by one rank arrives in that order, also up
-/// a tree.
+/// Cells travel as the workers decide them, with the syncs of ProgressExchange. Which region has which of
+/// them is known when the trees of a round are; then this travels, and the master puts the regions together.
+/// The trees stay with the regions until all is computed. What is sent by one rank arrives in that order,
+/// also up a tree.
 ///
 /// Thread rule: by the main thread, as a consumer too. `finish` is collective.
 class CellStream : public dataflow::Consumer {
@@ -36,7 +36,7 @@ class CellStream : public dataflow::Consumer {
   void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override;
   /// Which regions the cells have that this rank has found since the last time. @param cells on the master:
   /// these themselves.
-  void deal(const Dealing& dealing, const RegionCells& cells);
+  void deal(const Assignment& assignment, const RegionCells& cells);
 
   /// Hands over what waits to the next sync. @return whether some of it goes to a rank that has to pass it
   /// on.
@@ -57,7 +57,7 @@ class CellStream : public dataflow::Consumer {
   Collect how_;
   bool keeps_, is_abandoned_ = false;
   std::deque<std::string> waiting_;  // messages for the next rank on the way to the master
-  std::map<std::int32_t, Keeper>
+  std::map<std::int32_t, CollectingConsumer>
       undealt_;              // on the master: cells of each rank whose regions are not known yet
   RegionCells cells_;        // on the master
   std::uint64_t count_ = 0;  // on the master: cells that came

@@ -30,7 +30,7 @@ class CellSource {
   }
 
   /// Copies the cells of one region, as many at a time as lie in one batch.
-  std::vector<std::shared_ptr<const CellBatch>> copy(std::span<const Dealing::Run> runs, int dimension) {
+  std::vector<std::shared_ptr<const CellBatch>> copy(std::span<const Assignment::Run> runs, int dimension) {
     std::vector<std::shared_ptr<const CellBatch>> batches;
     std::shared_ptr<CellBatch> batch;
     const auto close = [&] {
@@ -39,7 +39,7 @@ class CellSource {
       batches.push_back(std::move(batch));
       batch = nullptr;
     };
-    for (Dealing::Run run : runs)
+    for (Assignment::Run run : runs)
       while (run.count > 0) {
         if (!batch) {
           batch = std::make_shared<CellBatch>();
@@ -157,7 +157,7 @@ class Grafter {
 
 }  // namespace
 
-void Dealing::add(std::uint32_t number, std::span<const std::uint64_t> cells) {
+void Assignment::add(std::uint32_t number, std::span<const std::uint64_t> cells) {
   const std::size_t before = runs.size();
   for (const std::uint64_t cell : cells) {
     if (runs.size() > before && runs.back().first + runs.back().count == cell)
@@ -178,7 +178,7 @@ Recorded recorded(const RegionMeshes& meshes) {
   return most;
 }
 
-std::vector<std::shared_ptr<const dataflow::Refinement>> Keeper::take() {
+std::vector<std::shared_ptr<const dataflow::Refinement>> CollectingConsumer::take() {
   std::sort(refinements_.begin(), refinements_.end(), [](const auto& a, const auto& b) {
     return a->worker != b->worker ? a->worker < b->worker : a->first < b->first;
   });
@@ -196,10 +196,10 @@ void shrink_to_fit(BspTree& tree) {
 }  // namespace
 
 template <int D>
-Dealing divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions,
-                     const Recorded& before, RegionMeshes& meshes) {
-  Dealing dealing;
-  dealing.dimension = D;
+Assignment divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions,
+                        const Recorded& before, RegionMeshes& meshes) {
+  Assignment assignment;
+  assignment.dimension = D;
   Grafter grafter(evaluation.tree, before);
   auto unfinished = evaluation.unfinished.begin();
   for (std::size_t i = 0; i < regions.size(); ++i) {
@@ -216,20 +216,20 @@ Dealing divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::u
     }
     shrink_to_fit(mesh.tree);
     mesh.cells += static_cast<std::uint32_t>(grafter.cells().size());
-    dealing.add(regions[i], grafter.cells());
+    assignment.add(regions[i], grafter.cells());
   }
   evaluation.tree = {};
-  return dealing;
+  return assignment;
 }
 
-RegionCells divide_cells(const Dealing& dealing,
+RegionCells divide_cells(const Assignment& assignment,
                          std::vector<std::shared_ptr<const dataflow::Refinement>> refinements) {
   CellSource source(std::move(refinements));
   RegionCells cells;
   std::uint64_t begin = 0;
-  for (std::size_t i = 0; i < dealing.region.size(); begin = dealing.end[i++])
-    cells[dealing.region[i]] =
-        source.copy(std::span(dealing.runs).subspan(begin, dealing.end[i] - begin), dealing.dimension);
+  for (std::size_t i = 0; i < assignment.region.size(); begin = assignment.end[i++])
+    cells[assignment.region[i]] = source.copy(
+        std::span(assignment.runs).subspan(begin, assignment.end[i] - begin), assignment.dimension);
   return cells;
 }
 
@@ -283,8 +283,8 @@ Recorded append(RegionMesh& mesh, const RegionMesh& other) {
   return before;
 }
 
-Part join(RegionMeshes meshes, int dimension, std::size_t region_count) {
-  Part whole;
+MergedMesh join(RegionMeshes meshes, int dimension, std::size_t region_count) {
+  MergedMesh whole;
   whole.tree.dimension = dimension;
   whole.roots.assign(region_count, BspTree::empty_leaf);
   std::size_t nodes = 0, hyperplanes = 0;
@@ -309,8 +309,8 @@ Part join(RegionMeshes meshes, int dimension, std::size_t region_count) {
 }
 
 #define BSP2_STAGE(D)                                                                                \
-  template Dealing divide_trees<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>,         \
-                                   const Recorded&, RegionMeshes&);                                  \
+  template Assignment divide_trees<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>,      \
+                                      const Recorded&, RegionMeshes&);                               \
   template void divide<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>, const Recorded&, \
                           std::vector<std::shared_ptr<const dataflow::Refinement>>, RegionMeshes&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)

@@ -29,7 +29,7 @@ struct RegionMesh {
 using RegionMeshes = std::map<std::uint32_t, RegionMesh>;
 
 /// Cells of regions, and the trees over them, as one.
-struct Part {
+struct MergedMesh {
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;
   std::uint64_t cells = 0;
   geometry::BspTree tree;           ///< a tree a region; its leaves count the cells of the batches
@@ -44,7 +44,7 @@ Recorded recorded(const RegionMeshes& meshes);
 
 /// A consumer of the computation: keeps its cells. IN cells are accumulated, FUZZY ones kept as what they
 /// became, OUT ones were dropped by the workers.
-class Keeper : public dataflow::Consumer {
+class CollectingConsumer : public dataflow::Consumer {
  public:
   void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override {
     refinements_.push_back(refinement);
@@ -57,8 +57,9 @@ class Keeper : public dataflow::Consumer {
 };
 
 /// Which cells of an evaluation each of its regions has, in the order of the region's tree.
-struct Dealing {
-  /// Cells that follow each other in the evaluation, where they are counted in the order of Keeper::take.
+struct Assignment {
+  /// Cells that follow each other in the evaluation, where they are counted in the order of
+  /// CollectingConsumer::take.
   struct Run {
     std::uint64_t first = 0, count = 0;
   };
@@ -81,12 +82,12 @@ using RegionCells =
 /// @param meshes those of the regions, whose cells are counted; entries are added where there are none.
 /// @return which cells are theirs.
 template <int D>
-Dealing divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions,
-                     const Recorded& before, RegionMeshes& meshes);
+Assignment divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions,
+                        const Recorded& before, RegionMeshes& meshes);
 
 /// The cells of an evaluation region by region. @param refinements all of them, in order.
-/// @throws std::out_of_range if the dealing is of another evaluation.
-RegionCells divide_cells(const Dealing& dealing,
+/// @throws std::out_of_range if the assignment is of another evaluation.
+RegionCells divide_cells(const Assignment& assignment,
                          std::vector<std::shared_ptr<const dataflow::Refinement>> refinements);
 
 /// Appends cells to the meshes of their regions.
@@ -109,6 +110,6 @@ Recorded append(RegionMesh& mesh, const RegionMesh& other);
 
 /// All meshes as one, in the order of the regions. @param region_count of the whole partition.
 /// @throws std::length_error if the nodes or cells cannot be numbered with 31 bits.
-Part join(RegionMeshes meshes, int dimension, std::size_t region_count);
+MergedMesh join(RegionMeshes meshes, int dimension, std::size_t region_count);
 
 }  // namespace bsp2::supersteps

@@ -262,7 +262,7 @@ void glue_regions(const dataflow::Network<3>& network, const Names& names, const
     some = {};
     malloc_trim(0);  // regions are small, so their arrays lie among others
     if (all.skin.vertices.size() < many_vertices) continue;
-    all.skin.unite_names();
+    all.skin.weld();
     many_vertices = std::max(many_vertices, 2 * all.skin.vertices.size());
   }
 }
@@ -284,7 +284,7 @@ void glue_nodes(const Ranks& ranks, const Table& table, Nodes nodes, const RunOp
       threads, [] {}));
   std::sort(all.contacts.begin(), all.contacts.end(),
             [](const auto& a, const auto& b) { return a.cell < b.cell; });
-  all.skin.unite_names();
+  all.skin.weld();
 }
 
 /// Glues what this rank has, and the nodes of the partition that fall to it. The share is given up piece by

@@ -115,10 +115,10 @@ Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network,
 /// The picture of what is left, for the report and the outputs: FUZZY where it is undecided. Each rank draws
 /// its own regions.
 template <int D>
-dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network,
-                                  std::span<const dataflow::Region<D>> regions, const RunOptions& options,
-                                  unsigned threads, const Recorded& so_far,
-                                  std::span<dataflow::Consumer* const> consumers);
+dataflow::Evaluation<D> provisional_cells(const dataflow::Network<D>& network,
+                                          std::span<const dataflow::Region<D>> regions,
+                                          const RunOptions& options, unsigned threads, const Recorded& so_far,
+                                          std::span<dataflow::Consumer* const> consumers);
 
 /// Collection: brings the cells of all ranks to the master, or leaves them where they are. Cost: h = bytes of
 /// all cells that the master receives, or of what the stream has not brought there before; with `tree`, half

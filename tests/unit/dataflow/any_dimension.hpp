@@ -22,12 +22,12 @@ using model::Expression;
 inline constexpr double pi = std::numbers::pi;
 
 template <int D>
-Interval volume_in(const Expression& e, const EvaluateOptions& how) {
+VolumeInterval volume_in(const Expression& e, const EvaluateOptions& how) {
   const auto totals = measure<D>(e, how);
   return {totals.in.value().volume(), totals.fuzzy.value().volume(), totals.in_cells + totals.fuzzy_cells};
 }
 
-inline Interval volume_interval(const Expression& e, double tolerance = 0) {
+inline VolumeInterval volume_interval(const Expression& e, double tolerance = 0) {
   EvaluateOptions how;
   if (tolerance > 0) how.tolerance = tolerance;
   return geometry::in_dimension(e.dimension(),
@@ -35,12 +35,12 @@ inline Interval volume_interval(const Expression& e, double tolerance = 0) {
 }
 
 inline double volume_of(const Expression& e) {
-  const Interval interval = volume_interval(e);
+  const VolumeInterval interval = volume_interval(e);
   EXPECT_EQ(interval.fuzzy, 0);
   return interval.in;
 }
 
-inline void expect_contains(const Interval& interval, double truth, double share) {
+inline void expect_contains(const VolumeInterval& interval, double truth, double share) {
   EXPECT_LE(interval.in, truth * (1 + 1e-9));
   EXPECT_GE(interval.in + interval.fuzzy, truth * (1 - 1e-9));
   EXPECT_LT(interval.fuzzy, share * truth);

@@ -163,7 +163,7 @@ TEST(AnyDimension, BallsOfHighDimensionShrinkAsPromised) {
        {std::pair(2, 6), std::pair(3, 3), std::pair(4, 1), std::pair(5, 1), std::pair(6, 0)})
     for (int level = 0; level <= levels && d <= geometry::built_dimensions; ++level) {
       const double thickness = layer(d, level), surface = d * ball_volume(d);
-      const Interval now = volume_interval(model::ball(d, 1), thickness * 1.0001);
+      const VolumeInterval now = volume_interval(model::ball(d, 1), thickness * 1.0001);
       EXPECT_LE(now.in, ball_volume(d));
       EXPECT_GE(now.in + now.fuzzy, ball_volume(d));
       EXPECT_LE(now.fuzzy, surface * thickness * std::pow(1 + thickness, d)) << d << " " << level;
@@ -191,8 +191,8 @@ TEST(AnyDimension, ConsumersOfTheirOwnSeeAllCells) {
   const Network<4> network =
       compile<4>(model::subtract({model::cuboid({2, 2, 2, 2}), model::simplex(4, 1)}), {});
   Sum first, second;
-  Keeper keeper;
-  Consumer* const consumers[] = {&first, &keeper, &second};
+  CollectingConsumer collector;
+  Consumer* const consumers[] = {&first, &collector, &second};
   EvaluateOptions how;
   how.threads = 2;
   const auto evaluation = evaluate(network, partition(network, 0).regions, how, consumers);
@@ -200,7 +200,7 @@ TEST(AnyDimension, ConsumersOfTheirOwnSeeAllCells) {
   EXPECT_EQ(first.volume, second.volume);
   EXPECT_EQ(first.cells, evaluation.totals.in_cells);
   std::size_t kept = 0;
-  for (const auto& refinement : keeper.refinements) kept += refinement->cells.size();
+  for (const auto& refinement : collector.refinements) kept += refinement->cells.size();
   EXPECT_EQ(kept, evaluation.totals.in_cells + evaluation.totals.fuzzy_cells);
 }
 
@@ -217,11 +217,11 @@ TEST(AnyDimension, TheViewIsRefinedWhereTheEyeIs) {
     how.eye = {eye, 0, 0};
     how.cells = 1500;
     how.tolerance = 0.001;
-    Keeper keeper;
-    Consumer* const consumers[] = {&keeper};
+    CollectingConsumer collector;
+    Consumer* const consumers[] = {&collector};
     evaluate(network, partition(network, 0).regions, how, consumers);
     double volume = 0;
-    for (const auto& refinement : keeper.refinements)
+    for (const auto& refinement : collector.refinements)
       for (std::size_t i = 0; i < refinement->cells.size(); ++i)
         if (refinement->cells.label[i] == Label::fuzzy && refinement->cells.cell_points(i)[0] * side > 0)
           volume += refinement->cells.volume[i];

@@ -14,23 +14,25 @@
 namespace bsp2::dataflow {
 namespace {
 
-using Whole = std::array<std::int64_t, 3>;
+using UniformRegion = std::array<std::int64_t, 3>;
 
-std::int64_t determinant(const Whole& u, const Whole& v, const Whole& w) {
+std::int64_t determinant(const UniformRegion& u, const UniformRegion& v, const UniformRegion& w) {
   return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) +
          u[2] * (v[0] * w[1] - v[1] * w[0]);
 }
 
-Whole minus(const Whole& a, const Whole& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+UniformRegion minus(const UniformRegion& a, const UniformRegion& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
 
 /// 1 or -1 where the segment from p to q goes through the inside of abc, 0 where it has no point in common
 /// with the facet, else nothing.
-std::optional<int> exact_crossing(const Whole& p, const Whole& q, const Whole& a, const Whole& b,
-                                  const Whole& c) {
+std::optional<int> exact_crossing(const UniformRegion& p, const UniformRegion& q, const UniformRegion& a,
+                                  const UniformRegion& b, const UniformRegion& c) {
   const auto p_side = determinant(minus(a, p), minus(b, p), minus(c, p)),
              q_side = determinant(minus(a, q), minus(b, q), minus(c, q));
   if ((p_side > 0 && q_side > 0) || (p_side < 0 && q_side < 0)) return 0;
-  const Whole along = minus(q, p);
+  const UniformRegion along = minus(q, p);
   const std::array<std::int64_t, 3> line{determinant(along, minus(a, p), minus(b, p)),
                                          determinant(along, minus(b, p), minus(c, p)),
                                          determinant(along, minus(c, p), minus(a, p))};
@@ -52,7 +54,7 @@ TEST(Crossing, WhatIsCertainIsTrue) {
   for (int round = 0; round < rounds; ++round) {
     const int size = 1 << pick(random, 1, 8);  // small ones touch and lie in one plane
     const double error = pick(random, 0, 3) == 0 ? 0 : uniform(random, 0, 0.3);
-    std::array<Whole, 5> exact;
+    std::array<UniformRegion, 5> exact;
     std::array<std::array<double, 3>, 5> known;
     for (std::size_t i = 0; i < 5; ++i)
       for (std::size_t k = 0; k < 3; ++k) {

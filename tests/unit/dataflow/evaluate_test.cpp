@@ -61,14 +61,14 @@ TEST(Evaluate, LeavesPromptlyWithAConsumersException) {
   for (const unsigned threads : {1U, 2U, 4U})
     for (const Order order : {Order::depth, Order::priority})
       for (const int at : {0, 3, -1}) {
-        Keeper keeper;
+        CollectingConsumer collector;
         Thrower thrower(at, at < 0);
-        std::vector<Consumer*> consumers{&thrower, &keeper};
+        std::vector<Consumer*> consumers{&thrower, &collector};
         EvaluateOptions options = keep_everything(threads, order);
         EXPECT_THROW(evaluate(network, partition(network, 2).regions, options, consumers), Error);
         EXPECT_LT(std::chrono::duration<double>(Clock::now() - thrower.thrown_at).count(), 20);
         // Nothing holds on to the batches but the consumers that kept them.
-        keeper.refinements.clear();
+        collector.refinements.clear();
         for (const auto& batch : thrower.weak) EXPECT_TRUE(batch.expired());
       }
   // The network is as good as before.
@@ -77,7 +77,7 @@ TEST(Evaluate, LeavesPromptlyWithAConsumersException) {
 
 TEST(Evaluate, ServesAnyNumberOfConsumersWithTheSameBatches) {
   const Network<3> network = compile<3>(grid_of_solids(3), {});
-  Keeper a, b, c;
+  CollectingConsumer a, b, c;
   std::vector<Consumer*> consumers{&a, &b, &c};
   const auto result = evaluate(network, partition(network, 1).regions, keep_everything(2), consumers);
   EXPECT_EQ(a.refinements, b.refinements);
@@ -117,13 +117,13 @@ TEST(Evaluate, FindsTheSameWhetherCellsAreWrittenOrNot) {
   for (const auto& [solid, most_corners] :
        {std::pair{grid_of_solids(3), std::size_t{16}}, {pillar, std::size_t{300}}}) {
     const Network<3> network = compile<3>(solid, {});
-    Keeper keeper;
+    CollectingConsumer collector;
     Onlooker onlooker;
-    std::vector<Consumer*> both{&onlooker, &keeper}, one{&onlooker};
+    std::vector<Consumer*> both{&onlooker, &collector}, one{&onlooker};
     const auto written = evaluate(network, partition(network, 0).regions, keep_everything(2), both);
     EXPECT_GT(onlooker.batches, 0);  // what is written for one goes to all
     std::size_t largest = 0;
-    for (const auto& refinement : keeper.refinements)
+    for (const auto& refinement : collector.refinements)
       for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell)
         largest = std::max(largest, refinement->cells.point_count(cell));
     EXPECT_GE(largest, most_corners);
@@ -141,8 +141,8 @@ TEST(Evaluate, FindsTheSameWhetherCellsAreWrittenOrNot) {
 TEST(Evaluate, KeepsWhatIsAskedFor) {
   const Network<3> network = compile<3>(grid_of_solids(2), {});
   for (int mask = 0; mask < 8; ++mask) {
-    Keeper keeper;
-    std::vector<Consumer*> consumers{&keeper};
+    CollectingConsumer collector;
+    std::vector<Consumer*> consumers{&collector};
     EvaluateOptions options;
     options.keep_in = (mask & 1) != 0;
     options.keep_fuzzy = (mask & 2) != 0;
@@ -150,7 +150,7 @@ TEST(Evaluate, KeepsWhatIsAskedFor) {
     options.level = 9;
     const auto result = evaluate(network, partition(network, 0).regions, options, consumers);
     std::array<std::uint64_t, 3> seen{};
-    for (const auto& refinement : keeper.refinements)
+    for (const auto& refinement : collector.refinements)
       for (const Label label : refinement->cells.label) ++seen[static_cast<std::size_t>(label)];
     EXPECT_EQ(seen[static_cast<std::size_t>(Label::in)], options.keep_in ? result.totals.in_cells : 0);
     EXPECT_EQ(seen[static_cast<std::size_t>(Label::fuzzy)],

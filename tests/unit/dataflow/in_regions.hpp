@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bsp2/dataflow/regions/archive.hpp"
-#include "bsp2/dataflow/regions/giving_back.hpp"
+#include "bsp2/dataflow/regions/coarsening.hpp"
 #include "bsp2/dataflow/regions/portion.hpp"
 #include "dataflow/oracle.hpp"
 
@@ -49,7 +49,7 @@ class InRegions {
   /// Evaluates all. @param cells if not 0, a lot may end after so many cells at most, and goes on with other
   /// threads, in another order, as another process finds it: through bytes, without the cells.
   void run(std::uint64_t cells) {
-    options_.suspend = options_.hold_wholes = options_.same_limits = true;
+    options_.suspend = options_.hold_uniform_regions = options_.same_limits = true;
     while (!waiting_.empty()) {
       std::shuffle(waiting_.begin(), waiting_.end(), random_);
       const std::size_t most = std::max<std::size_t>(5, waiting_.size() / 2);
@@ -82,7 +82,7 @@ class InRegions {
     options_ = options;
     std::vector<Region<D>> held;
     for (auto& region : left_) {
-      if (whole_of(region)) {
+      if (uniform_region_of(region)) {
         held.push_back(std::move(region));
         continue;
       }
@@ -103,7 +103,7 @@ class InRegions {
   [[nodiscard]] std::vector<std::uint32_t> held() const {
     std::vector<std::uint32_t> numbers;
     for (const auto& region : left_)
-      if (whole_of(region)) numbers.push_back(region.number);
+      if (uniform_region_of(region)) numbers.push_back(region.number);
     return numbers;
   }
 
@@ -126,20 +126,20 @@ class InRegions {
   }
 
   void give_back_wholes() {
-    std::vector<Whole> wholes;
+    std::vector<UniformRegion> uniform;
     std::vector<std::uint32_t> unfinished;
     for (const auto& region : waiting_) unfinished.push_back(region.number);
     for (const auto& region : left_)
-      if (const auto whole = whole_of(region))
-        wholes.push_back(*whole);
+      if (const auto whole = uniform_region_of(region))
+        uniform.push_back(*whole);
       else
         unfinished.push_back(region.number);
-    std::map<std::uint32_t, Whole> remaining;
-    for (const Whole& whole : give_back<D>(network_, parts_, wholes, unfinished))
+    std::map<std::uint32_t, UniformRegion> remaining;
+    for (const UniformRegion& whole : coarsen<D>(network_, parts_, uniform, unfinished))
       remaining.emplace(whole.region, whole);
     std::vector<Region<D>> certain, others;
     for (auto& region : left_) {
-      const bool was_whole = whole_of(region).has_value();
+      const bool was_whole = uniform_region_of(region).has_value();
       const auto is = remaining.find(region.number);
       if (was_whole && is == remaining.end()) continue;
       if (was_whole)

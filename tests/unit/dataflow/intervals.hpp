@@ -13,7 +13,7 @@
 namespace bsp2::dataflow {
 
 /// The volume is between `in` and `high()`.
-struct Interval {
+struct VolumeInterval {
   double in, fuzzy;
   std::uint64_t cells;
   [[nodiscard]] double high() const { return in + fuzzy; }
@@ -31,13 +31,13 @@ inline EvaluateOptions thinner_than(double tolerance) {
 }
 
 template <int D>
-Interval volume_interval(const model::Expression& e, const EvaluateOptions& options) {
+VolumeInterval volume_interval(const model::Expression& e, const EvaluateOptions& options) {
   const Network<D> network = compile<D>(e, {});
   const auto totals = evaluate(network, partition(network, 0).regions, options, {}).totals;
   return {totals.in.value().volume(), totals.fuzzy.value().volume(), totals.in_cells + totals.fuzzy_cells};
 }
 
-inline void expect_contains(const Interval& interval, double truth) {
+inline void expect_contains(const VolumeInterval& interval, double truth) {
   EXPECT_LE(interval.in, truth * (1 + 1e-12));
   EXPECT_GE(interval.high(), truth * (1 - 1e-12));
 }

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "bsp2/dataflow/regions/giving_back.hpp"
+#include "bsp2/dataflow/regions/coarsening.hpp"
 #include "bsp2/model/expression/colour.hpp"
 #include "dataflow/oracle.hpp"
 #include "geometry/cell_samples.hpp"
@@ -174,21 +174,21 @@ template <int D>
 std::string digest_in_regions(const Network<D>& network, unsigned depth, unsigned threads) {
   EvaluateOptions options;
   options.threads = threads;
-  options.suspend = options.hold_wholes = options.same_limits = true;
+  options.suspend = options.hold_uniform_regions = options.same_limits = true;
   Partition<D> parts = partition(network, depth);
   auto found = evaluate(network, std::move(parts.regions), options, {});
   Totals<D> totals = found.totals;
-  std::vector<Whole> wholes;
+  std::vector<UniformRegion> uniform;
   std::vector<std::uint32_t> unfinished;
   for (const auto& region : found.unfinished)
-    if (const auto whole = whole_of(region))
-      wholes.push_back(*whole);
+    if (const auto whole = uniform_region_of(region))
+      uniform.push_back(*whole);
     else
       unfinished.push_back(region.number);
   std::vector<Region<D>> rest_of_it;
   for (auto& region : found.unfinished)
-    if (!whole_of(region)) rest_of_it.push_back(std::move(region));
-  for (const Whole& whole : give_back<D>(network, parts, wholes, unfinished))
+    if (!uniform_region_of(region)) rest_of_it.push_back(std::move(region));
+  for (const UniformRegion& whole : coarsen<D>(network, parts, uniform, unfinished))
     rest_of_it.push_back({whole.region,
                           whole.level,
                           region_cell(network, parts, whole.region),

@@ -458,7 +458,7 @@ inline model::Expression random_expression(Random& random, int d, Kind kind, int
 // --------------------------------------------------------------------------------------------------
 
 /// Keeps all batches.
-class Keeper : public Consumer {
+class CollectingConsumer : public Consumer {
  public:
   void consume(const std::shared_ptr<const Refinement>& refinement) override {
     refinements.push_back(refinement);
@@ -474,10 +474,10 @@ struct Evaluated {
 
 template <int D>
 Evaluated<D> evaluate_all(const Network<D>& network, unsigned depth, const EvaluateOptions& options) {
-  Keeper keeper;
-  std::vector<Consumer*> consumers{&keeper};
+  CollectingConsumer collector;
+  std::vector<Consumer*> consumers{&collector};
   return {evaluate(network, partition(network, depth).regions, options, consumers),
-          std::move(keeper.refinements)};
+          std::move(collector.refinements)};
 }
 
 inline EvaluateOptions keep_everything(unsigned threads = 1, Order order = Order::depth) {

@@ -9,7 +9,7 @@
 #include <map>
 #include <numeric>
 
-#include "bsp2/dataflow/regions/giving_back.hpp"
+#include "bsp2/dataflow/regions/coarsening.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "dataflow/in_regions.hpp"
 #include "dataflow/oracle.hpp"

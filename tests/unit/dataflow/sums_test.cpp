@@ -340,7 +340,7 @@ TEST(AnyDimension, UnionsOfWhatOneHoldsShrinkLikeIt) {
   const auto moved = model::transform(
       std::vector<double>{1, 0, 0, 0, 2, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1},
       model::ball(4, 1));
-  const Interval shrunken = volume_interval(
+  const VolumeInterval shrunken = volume_interval(
       model::grow(model::construct(model::Hull{}, {model::unite({model::ball(4, 1), moved})}), -a));
   EXPECT_LT(shrunken.in, capsule(1 - a));
   EXPECT_GT(shrunken.in + shrunken.fuzzy, capsule(1 - 2 * a));

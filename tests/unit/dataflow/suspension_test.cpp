@@ -47,24 +47,25 @@ struct Run {
   }
 
   bool step(EvaluateOptions options) {
-    Keeper keeper;
-    std::vector<Consumer*> consumers{&keeper};
+    CollectingConsumer collector;
+    std::vector<Consumer*> consumers{&collector};
     options.suspend = options.record_tree = true;
     options.recorded_nodes = static_cast<std::uint32_t>(tree.nodes.size());
     options.recorded_cells = static_cast<std::uint32_t>(cells);
     std::vector<std::uint32_t> numbers;
     for (const auto& region : regions) numbers.push_back(region.number);
     auto result = evaluate(network, std::move(regions), options, consumers);
-    add(result, numbers, keeper);
+    add(result, numbers, collector);
     regions = std::move(result.unfinished);
     return !regions.empty();
   }
 
-  void add(const Evaluation<D>& result, const std::vector<std::uint32_t>& numbers, const Keeper& keeper) {
+  void add(const Evaluation<D>& result, const std::vector<std::uint32_t>& numbers,
+           const CollectingConsumer& collector) {
     totals += result.totals;
     for (std::size_t i = 0; i < numbers.size(); ++i) roots[numbers[i]] = result.region_roots[i];
     tree.append(result.tree);
-    append_sorted(refinements, keeper.refinements);
+    append_sorted(refinements, collector.refinements);
     for (const std::uint64_t count : result.cells_of_worker) cells += count;
   }
 
@@ -80,14 +81,14 @@ struct Run {
 
   /// What is left becomes FUZZY; the run is over after it.
   void end_with_picture(EvaluateOptions options) {
-    Keeper keeper;
-    std::vector<Consumer*> consumers{&keeper};
+    CollectingConsumer collector;
+    std::vector<Consumer*> consumers{&collector};
     options.record_tree = true;
     options.recorded_nodes = static_cast<std::uint32_t>(tree.nodes.size());
     options.recorded_cells = static_cast<std::uint32_t>(cells);
     std::vector<std::uint32_t> numbers;
     for (const auto& region : regions) numbers.push_back(region.number);
-    add(picture<D>(network, regions, options, consumers), numbers, keeper);
+    add(picture<D>(network, regions, options, consumers), numbers, collector);
   }
 
   /// The cell in which a point is, as label, part and volume.
@@ -157,11 +158,12 @@ int expect_suspendable(Random& random, bool with_level) {
   plain.record_tree = true;
   Run<D> uninterrupted(network, depth);
   {
-    Keeper keeper;
-    std::vector<Consumer*> consumers{&keeper};
+    CollectingConsumer collector;
+    std::vector<Consumer*> consumers{&collector};
     std::vector<std::uint32_t> numbers;
     for (const auto& region : uninterrupted.regions) numbers.push_back(region.number);
-    uninterrupted.add(evaluate(network, std::move(uninterrupted.regions), plain, consumers), numbers, keeper);
+    uninterrupted.add(evaluate(network, std::move(uninterrupted.regions), plain, consumers), numbers,
+                      collector);
   }
   const double truth = uninterrupted.totals.in.value().volume(),
                fuzzy = uninterrupted.totals.fuzzy.value().volume();

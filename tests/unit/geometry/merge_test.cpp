@@ -112,7 +112,8 @@ TYPED_TEST(Merge, WithinTheToleranceMergesAndBeyondItDoesNot) {
     for (const double share : shares) {
       Matrix<D> moved = m;
       for (int i = 0; i < D; ++i)
-        moved[i][D] += static_cast<Quad>(share * tolerance * size) * static_cast<Quad>(original.normal[i]);
+        moved[i][D] +=
+            static_cast<Float128>(share * tolerance * size) * static_cast<Float128>(original.normal[i]);
       table.add_occurrence(table.add_map(moved), first + facet);
     }
     const auto codes = table.merge(tolerance);
@@ -253,8 +254,8 @@ TYPED_TEST(Merge, WithoutToleranceTellsManyOfOneDirectionApart) {
   for (int k = 0; k < count; ++k) {
     places.emplace_back(pick(random, -1000, 1000), pick(random, 0, 1));
     Matrix<D> m = identity<D>();
-    m[0][D] = static_cast<Quad>(std::ldexp(places.back().first, -10)) +
-              static_cast<Quad>(std::ldexp(places.back().second, -70));
+    m[0][D] = static_cast<Float128>(std::ldexp(places.back().first, -10)) +
+              static_cast<Float128>(std::ldexp(places.back().second, -70));
     table.add_occurrence(table.add_map(m), first);
   }
   const auto codes = table.merge(0);
@@ -276,7 +277,7 @@ TEST(MergeInSpace, OppositeFacesOfTouchingBoxesShareAnId) {
     for (int i = 0; i < 3; ++i) {
       detour = product<3>(rotation<3>(0, 1, angle / 3), detour);
       for (auto& row : detour)
-        for (Quad& x : row) x = static_cast<double>(x);
+        for (Float128& x : row) x = static_cast<double>(x);
     }
     const Matrix<3> moved = product<3>(detour, translation<3>({1, 0, 0}));
     const auto box = unit_box<3>().covectors;

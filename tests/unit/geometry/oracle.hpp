@@ -20,12 +20,12 @@ using Real = boost::multiprecision::cpp_bin_float_100;
 
 inline Rational rational(double x) { return Rational(x); }
 
-inline Rational rational(Quad x) {
+inline Rational rational(Float128 x) {
   Rational sum = 0;
   for (int i = 0; i < 4 && x != 0; ++i) {
     const auto part = static_cast<double>(x);
     sum += Rational(part);
-    x -= static_cast<Quad>(part);
+    x -= static_cast<Float128>(part);
   }
   return sum;
 }
@@ -220,7 +220,7 @@ Matrix<D> product(const Matrix<D>& outer, const Matrix<D>& inner) {
   Matrix<D> result{};
   for (int i = 0; i < D; ++i)
     for (int j = 0; j <= D; ++j) {
-      Quad sum = j == D ? outer[i][D] : Quad{0};
+      Float128 sum = j == D ? outer[i][D] : Float128{0};
       for (int k = 0; k < D; ++k) sum += outer[i][k] * inner[k][j];
       result[i][j] = sum;
     }
@@ -231,8 +231,8 @@ Matrix<D> product(const Matrix<D>& outer, const Matrix<D>& inner) {
 template <int D>
 Matrix<D> rotation(int a, int b, long double angle) {
   Matrix<D> m = identity<D>();
-  m[a][a] = m[b][b] = static_cast<Quad>(std::cos(angle));
-  m[b][a] = static_cast<Quad>(std::sin(angle));
+  m[a][a] = m[b][b] = static_cast<Float128>(std::cos(angle));
+  m[b][a] = static_cast<Float128>(std::sin(angle));
   m[a][b] = -m[b][a];
   return m;
 }

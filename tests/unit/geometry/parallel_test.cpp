@@ -58,7 +58,7 @@ TEST(ForEachRange, PassesOnWhatOneThrowsAfterAllHaveEnded) {
   }
 }
 
-TEST(MadeAhead, UsesEachItemOnceInOrderAndHoldsFew) {
+TEST(OrderedPipeline, UsesEachItemOnceInOrderAndHoldsFew) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
@@ -71,7 +71,7 @@ TEST(MadeAhead, UsesEachItemOnceInOrderAndHoldsFew) {
       item = 3 * i + 1;
       ++made;
     };
-    MadeAhead<std::size_t>::run(count, threads, make, [&](std::size_t item) {
+    OrderedPipeline<std::size_t>::run(count, threads, make, [&](std::size_t item) {
       EXPECT_EQ(item, 3 * used + 1);
       most_held = std::max(most_held, made - used);
       ++used;
@@ -82,7 +82,7 @@ TEST(MadeAhead, UsesEachItemOnceInOrderAndHoldsFew) {
   }
 }
 
-TEST(MadeAhead, PassesOnWhatIsThrownWhereverThatIs) {
+TEST(OrderedPipeline, PassesOnWhatIsThrownWhereverThatIs) {
   for (const unsigned threads : {1U, 2U, 4U})
     for (std::size_t bad = 0; bad < 30; ++bad) {
       const auto throw_at = [&](std::size_t i) {
@@ -93,9 +93,10 @@ TEST(MadeAhead, PassesOnWhatIsThrownWhereverThatIs) {
         throw_at(i);
         item = i;
       };
-      EXPECT_THROW(MadeAhead<std::size_t>::run(30, threads, bad_make, [](std::size_t) {}), std::runtime_error)
+      EXPECT_THROW(OrderedPipeline<std::size_t>::run(30, threads, bad_make, [](std::size_t) {}),
+                   std::runtime_error)
           << bad;
-      EXPECT_THROW(MadeAhead<std::size_t>::run(30, threads, make, throw_at), std::runtime_error) << bad;
+      EXPECT_THROW(OrderedPipeline<std::size_t>::run(30, threads, make, throw_at), std::runtime_error) << bad;
     }
 }
 
@@ -129,9 +130,9 @@ template <typename Run>
   std::exit(1);
 }
 
-TEST(MadeAhead, EndsWhereASecondThreadCannotBeStarted) {
+TEST(OrderedPipeline, EndsWhereASecondThreadCannotBeStarted) {
   const auto run = [] {
-    MadeAhead<std::size_t>::run(
+    OrderedPipeline<std::size_t>::run(
         1000, 4, [](std::size_t i, std::size_t& item) { item = i; }, [](std::size_t) {});
   };
   EXPECT_EXIT(exit_after(run), testing::ExitedWithCode(0), "");

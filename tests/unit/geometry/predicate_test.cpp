@@ -226,8 +226,8 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnHyperplanesThroughTheEdgesOfOthers) {
         Matrix<D> m = rotation<D>(0, 1, angle);
         for (int i = 2; i < D; ++i) m[i][D] = uniform(random, -1, 1);
         if (k == 5)
-          m[0][D] =
-              static_cast<Quad>(std::ldexp(1.0L, HyperplaneTable<D>(lower, upper, 4 * D).grid_exponent()));
+          m[0][D] = static_cast<Float128>(
+              std::ldexp(1.0L, HyperplaneTable<D>(lower, upper, 4 * D).grid_exponent()));
         boxes.push_back({m, unit_box<D>().covectors});
       }
       boxes.push_back(random_box<D>(random, 1));
@@ -556,7 +556,8 @@ TEST(PredicateInSpace, SeesDifferencesOfOneGridStep) {
   for (const int direction : {-1, 0, 1}) {
     HyperplaneTable<3> table({-1, -1, -1}, {1, 1, 1}, 1);
     Matrix<3> moved = identity<3>();
-    moved[2][3] = static_cast<Quad>(direction) * static_cast<Quad>(std::ldexp(1.0L, table.grid_exponent()));
+    moved[2][3] =
+        static_cast<Float128>(direction) * static_cast<Float128>(std::ldexp(1.0L, table.grid_exponent()));
     const auto covectors = unit_box<3>().covectors;
     const std::uint32_t first = table.add_covectors(covectors);
     const std::uint32_t plain = table.add_map(rotation<3>(0, 1, 1.0L)), shifted = table.add_map(moved);

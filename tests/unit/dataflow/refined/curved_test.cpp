@@ -28,9 +28,9 @@ template <int D>
 void check_levels(const model::Expression& e, double truth, std::initializer_list<unsigned> levels,
                   double last_share = 1) {
   SCOPED_TRACE(testing::Message() << "D=" << D);
-  Interval last{0, 1e300, 0};
+  VolumeInterval last{0, 1e300, 0};
   for (const unsigned level : levels) {
-    const Interval now = volume_interval<D>(e, down_to(level));
+    const VolumeInterval now = volume_interval<D>(e, down_to(level));
     expect_contains(now, truth);
     EXPECT_GE(now.in, last.in - 1e-12 * truth);
     EXPECT_LE(now.high(), last.high() + 1e-12 * truth);
@@ -63,7 +63,7 @@ void check_rate_of(const model::Expression& part, double parts, int first, int l
   double before = 0;
   for (int level = first; level <= last; ++level) {
     const double thickness = layer(D, level);
-    const Interval now = volume_interval<D>(part, thinner_than(thickness * 1.0001));
+    const VolumeInterval now = volume_interval<D>(part, thinner_than(thickness * 1.0001));
     expect_contains(now, ball_volume(D) / parts);
     EXPECT_LE(now.fuzzy * parts, surface * thickness * std::pow(1 + thickness, D)) << "level " << level;
     if (level > first) {
@@ -123,7 +123,7 @@ TEST(Curved, CylindersAndConesLieInTheirIntervals) {
   check_levels<4>(model::round_cylinder(2, 1, {2, 3}), pi * 6, {0, 6, 12, 18});
   check_levels<3>(model::round_cylinder(1, 1, {2, 3}), 12, {0, 6});
   for (const double tolerance : {0.1, 0.01, 0.001}) {
-    const Interval cone = volume_interval<3>(model::cone(3, 2, 0), thinner_than(tolerance));
+    const VolumeInterval cone = volume_interval<3>(model::cone(3, 2, 0), thinner_than(tolerance));
     expect_contains(cone, 4 * pi);
     EXPECT_LE(cone.fuzzy, 1.3 * tolerance * pi * 2 * std::sqrt(13.0));
   }
@@ -148,7 +148,8 @@ double determinant(std::vector<double> m, int d) {
 template <int D>
 void check_ellipsoid(Random& random, unsigned level) {
   const auto matrix = free_matrix(random, D, 5);
-  const Interval image = volume_interval<D>(model::transform(matrix, model::ball(D, 1.5)), down_to(level));
+  const VolumeInterval image =
+      volume_interval<D>(model::transform(matrix, model::ball(D, 1.5)), down_to(level));
   const double truth = ball_volume(D) * std::pow(1.5, D) * determinant(matrix, D);
   expect_contains(image, truth);
   EXPECT_LT(image.fuzzy, truth * (D == 4 ? 4 : 0.5));
@@ -173,7 +174,7 @@ TEST(Curved, SmallBallsFarAwayAreEnclosedToo) {
     const std::vector<double> matrix{size, 0,          0,         1000, 0, size, 0, -700,
                                      0,    0.3 * size, size / 16, 300,  0, 0,    0, 1};
     const double truth = ball_volume(3) * size * size * size / 16;
-    const Interval far = volume_interval<3>(model::transform(matrix, model::ball(3, 1)), down_to(16));
+    const VolumeInterval far = volume_interval<3>(model::transform(matrix, model::ball(3, 1)), down_to(16));
     EXPECT_LE(far.in,
               truth * (1 + 1e-9 / size * 1e-3));  // the volumes of the cells are rounded at this distance
     EXPECT_GE(far.high(), truth * (1 - 1e-9 / size * 1e-3));
@@ -190,7 +191,8 @@ TEST(Curved, ToriLieInTheirIntervalsByPappus) {
     check_levels<3>(model::torus(major, minor), truth, {0, 1, 5, 10, 15}, 8);
     double before = truth;
     for (const double tolerance : {0.2, 0.05}) {
-      const Interval now = volume_interval<3>(model::torus(major, minor), thinner_than(tolerance * minor));
+      const VolumeInterval now =
+          volume_interval<3>(model::torus(major, minor), thinner_than(tolerance * minor));
       expect_contains(now, truth);
       EXPECT_LT(now.fuzzy, 1.2 * tolerance * minor * 4 * pi * pi * major * minor);
       EXPECT_LT(now.fuzzy, before * 0.6);
@@ -269,7 +271,7 @@ TEST(Curved, BooleansWithPolyhedraKeepTheInterval) {
   const auto rod = model::round_cylinder(2, 1, {4});
   const auto a = model::transform(upright, rod), b = model::transform(lying, rod);
   for (const double tolerance : {0.1, 0.01}) {
-    const Interval both = volume_interval<3>(model::intersect({a, b}), thinner_than(tolerance));
+    const VolumeInterval both = volume_interval<3>(model::intersect({a, b}), thinner_than(tolerance));
     expect_contains(both, 16.0 / 3);
     EXPECT_LT(both.fuzzy, 18 * tolerance);
     expect_contains(volume_interval<3>(model::unite({a, b}), thinner_than(tolerance)), 8 * pi - 16.0 / 3);
@@ -346,20 +348,20 @@ TEST(Curved, CsgIsReadRoundOnDemand) {
   };
   const auto check = [&](const char* text, double truth, double tolerance) {
     SCOPED_TRACE(text);
-    const Interval now = volume_interval<3>(read(text), thinner_than(tolerance));
+    const VolumeInterval now = volume_interval<3>(read(text), thinner_than(tolerance));
     expect_contains(now, truth);
     EXPECT_LT(now.fuzzy, 0.1 * truth);
   };
   check("difference() { sphere(r = 5); cylinder(h = 20, r = 4, center = true); }", 36 * pi, 0.02);
   check("cylinder(h = 3, r1 = 1, r2 = 2);", 7 * pi, 0.02);
   check("linear_extrude(height = 2) { difference() { circle(r = 2); circle(r = 1); } }", 6 * pi, 0.01);
-  const Interval disk = volume_interval<2>(read("circle(d = 4, $fn = 100);"), thinner_than(1e-4));
+  const VolumeInterval disk = volume_interval<2>(read("circle(d = 4, $fn = 100);"), thinner_than(1e-4));
   expect_contains(disk, 4 * pi);
   // Nuts stay nuts, and so does what constructs need corners of.
-  const Interval nut = volume_interval<3>(read("cylinder(h = 2, r = 1, $fn = 6);"), {});
+  const VolumeInterval nut = volume_interval<3>(read("cylinder(h = 2, r = 1, $fn = 6);"), {});
   EXPECT_NEAR(nut.in, 3 * std::sqrt(3.0), 1e-12);
   EXPECT_EQ(nut.fuzzy, 0);
-  const Interval hull = volume_interval<3>(read("hull() { cylinder(h = 1, r = 1, $fn = 64); }"), {});
+  const VolumeInterval hull = volume_interval<3>(read("hull() { cylinder(h = 1, r = 1, $fn = 64); }"), {});
   EXPECT_NEAR(hull.in, 32 * std::sin(pi / 32), 1e-12);
   EXPECT_EQ(hull.fuzzy, 0);
   // Steiner: a disk and a ball.

@@ -39,7 +39,7 @@ Expression rounded_cube() {
   return model::subdivision_surface(3, surface);
 }
 
-Interval interval_of(const Expression& e, double tolerance) { return volume_interval(e, tolerance); }
+VolumeInterval interval_of(const Expression& e, double tolerance) { return volume_interval(e, tolerance); }
 
 // --- prisms ---
 
@@ -64,13 +64,13 @@ TEST(Prisms, OfToriAndConesHaveTheirVolume) {
 TEST(Prisms, OfSplinesAndSubdivisionSurfacesHaveTheirVolume) {
   double before = 1e300;
   for (const double tolerance : {0.1, 0.03}) {
-    const Interval now = interval_of(model::extrude(nurbs_disk(2), {3}), tolerance);
+    const VolumeInterval now = interval_of(model::extrude(nurbs_disk(2), {3}), tolerance);
     expect_contains(now, 12 * pi, 0.5);
     EXPECT_LT(now.fuzzy, 0.5 * before);
     before = now.fuzzy;
   }
-  const Interval cube = interval_of(rounded_cube(), 0.1),
-                 prism = interval_of(model::extrude(rounded_cube(), {2}), 0.4);
+  const VolumeInterval cube = interval_of(rounded_cube(), 0.1),
+                       prism = interval_of(model::extrude(rounded_cube(), {2}), 0.4);
   EXPECT_LE(prism.in, 2 * (cube.in + cube.fuzzy));
   EXPECT_GE(prism.in + prism.fuzzy, 2 * cube.in);
   EXPECT_GT(prism.in, 0.5 * cube.in);
@@ -93,7 +93,7 @@ TEST(Sections, OfToriHaveTheirArea) {
   double before = 1e300;
   for (const double tolerance : {0.1, 0.01, 0.001}) {
     // Across the axis: the ring between 2 - s and 2 + s, s^2 = 1 - 1/4. Along it: two disks.
-    const Interval ring = interval_of(model::section(model::torus(2, 1), 2, 0.5), tolerance);
+    const VolumeInterval ring = interval_of(model::section(model::torus(2, 1), 2, 0.5), tolerance);
     expect_contains(ring, 8 * pi * std::sqrt(0.75), 0.3);
     EXPECT_LT(ring.fuzzy, 0.3 * before);
     EXPECT_LT(ring.fuzzy, tolerance * 8 * pi);
@@ -164,11 +164,11 @@ TEST(Sections, OfSplinesAndSubdivisionSurfaces) {
   expect_contains(interval_of(model::section(nurbs_disk(2), 0, 1), 0.01), 2 * std::sqrt(3.0), 0.05);
   // Of a rounded cube: less than what its control points span, the same through all faces; the sum of slices
   // is the volume.
-  const Interval whole = interval_of(rounded_cube(), 0.1);
+  const VolumeInterval whole = interval_of(rounded_cube(), 0.1);
   double low = 0, high = 0;
   for (int i = 0; i < 8; ++i) {
     const double at = -1 + (i + 0.5) / 4;
-    const Interval slice = interval_of(model::section(rounded_cube(), i % 3, at), 0.02);
+    const VolumeInterval slice = interval_of(model::section(rounded_cube(), i % 3, at), 0.02);
     low += slice.in / 4;
     high += (slice.in + slice.fuzzy) / 4;
   }

@@ -15,11 +15,11 @@ const Expression& disk() {
 }
 
 template <int D>
-Interval interval_of(const Expression& e) {
+VolumeInterval interval_of(const Expression& e) {
   return volume_interval<D>(e, {});
 }
 
-void expect_narrow(const Interval& interval, double truth, double share) {
+void expect_narrow(const VolumeInterval& interval, double truth, double share) {
   expect_contains(interval, truth);
   EXPECT_LT(interval.fuzzy, share * truth);
 }

@@ -61,7 +61,7 @@ TEST_F(SplineImages, OfACircleIsAnEllipse) {
   for (const double a : {-0.9, 0.3, 0.7}) {
     SCOPED_TRACE(a);
     const Matrix m = perspective<2>({a, 0});
-    const Interval now =
+    const VolumeInterval now =
         check_points<2>(model::projective(m, model::spline(2, {circle})),
                         images_of<2>(m, points_of<2>(circle, 100'000, random)), thinner_than(0.001));
     expect_contains(now, ball_image(2, a));
@@ -72,7 +72,7 @@ TEST_F(SplineImages, OfACircleIsAnEllipse) {
 TEST_F(SplineImages, OfASphereIsAnEllipsoid) {
   const Piece sphere = nurbs_sphere(1);
   const Matrix m = perspective<3>({0.24, -0.32, 0});
-  const Interval now =
+  const VolumeInterval now =
       check_points<3>(model::projective(m, model::spline(3, {sphere})),
                       images_of<3>(m, points_of<3>(sphere, 100'000, random)), thinner_than(0.1));
   expect_contains(now, ball_image(3, 0.4));
@@ -84,7 +84,7 @@ TEST_F(SplineImages, NeedPositiveWeightsOfTheSplineAndNotOfItsControlPoints) {
   const Piece circle = nurbs_circle(1);
   const Matrix m = perspective<2>({0.6, 0.6});
   const double area = ball_image(2, 0.6 * std::sqrt(2.0));
-  const Interval now =
+  const VolumeInterval now =
       check_points<2>(model::projective(m, model::spline(2, {circle})),
                       images_of<2>(m, points_of<2>(circle, 100'000, random)), thinner_than(0.01));
   expect_contains(now, area);
@@ -149,7 +149,7 @@ TEST_F(SplineImages, GoWithMapsAndBooleans) {
   const Expression ring = model::projective(m, model::subtract({model::cuboid({4, 4}, true), spline}));
   const double exact = 4 * (std::pow(0.4, -2) - std::pow(1.6, -2)) /
                        (2 * 0.3);  // of the square: 4 times the integral of (0.3 x + 1)^-3 over [-2, 2]
-  const Interval now = volume_interval<2>(ring, thinner_than(0.001));
+  const VolumeInterval now = volume_interval<2>(ring, thinner_than(0.001));
   expect_contains(now, exact - ball_image(2, 0.3));
   EXPECT_LT(now.fuzzy, 0.05 * exact);
   const Expression text =

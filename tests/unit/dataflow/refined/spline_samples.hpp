@@ -87,8 +87,8 @@ std::vector<std::array<double, D>> points_of(const Piece& piece, std::size_t cou
 
 /// None of the points is in a cell that is IN or OUT. @return the interval of the volume.
 template <int D>
-Interval check_points(const Expression& e, const std::vector<std::array<double, D>>& points,
-                      const EvaluateOptions& given) {
+VolumeInterval check_points(const Expression& e, const std::vector<std::array<double, D>>& points,
+                            const EvaluateOptions& given) {
   const Network<D> network = compile<D>(e, {});
   EvaluateOptions options = given;
   options.record_tree = true;

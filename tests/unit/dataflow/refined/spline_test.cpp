@@ -54,13 +54,13 @@ TEST(Nurbs, CirclesHaveTheirExactArea) {
   const Expression circle = model::spline(2, {nurbs_circle(2)});
   double last = 1e300;
   for (const unsigned level : {4U, 8U, 12U, 16U}) {
-    const Interval now = volume_interval<2>(circle, down_to(level));
+    const VolumeInterval now = volume_interval<2>(circle, down_to(level));
     expect_contains(now, 4 * pi);
     EXPECT_LE(now.fuzzy, last * (1 + 1e-12));
     last = now.fuzzy;
   }
   for (const double tolerance : {0.1, 0.01, 0.001, 1e-4}) {
-    const Interval now = volume_interval<2>(circle, thinner_than(tolerance));
+    const VolumeInterval now = volume_interval<2>(circle, thinner_than(tolerance));
     expect_contains(now, 4 * pi);
     EXPECT_LE(now.fuzzy, tolerance * 4 * pi * 1.2);
   }
@@ -72,7 +72,7 @@ TEST(Nurbs, SpheresHaveTheirExactVolume) {
     expect_contains(volume_interval<3>(sphere, down_to(level)), 4 * pi / 3);
   double last = 1e300;
   for (const double tolerance : {0.2, 0.1, 0.05}) {
-    const Interval now = volume_interval<3>(sphere, thinner_than(tolerance));
+    const VolumeInterval now = volume_interval<3>(sphere, thinner_than(tolerance));
     expect_contains(now, 4 * pi / 3);
     EXPECT_LE(now.fuzzy, tolerance * 4 * pi * 2.5);
     EXPECT_LT(now.fuzzy, last * 0.6);
@@ -113,12 +113,12 @@ TEST_F(Splines, PlacedSolidsHaveTheirVolume) {
       4 * pi / 3 * std::fabs(determinant));
   // Pappus; the tube is closed in both parameters, and there is a hole.
   const Expression torus = model::spline(3, {turned(circle_points(), circle_knots(), 2, 0.5)});
-  const Interval now = volume_interval<3>(torus, thinner_than(0.1));
+  const VolumeInterval now = volume_interval<3>(torus, thinner_than(0.1));
   expect_contains(now, 2 * pi * pi * 2 * 0.25);
   EXPECT_GT(now.in, pi);
   // Far from the origin coordinates are coarser. Six cuts are for the ends of the region.
   const std::vector<double> far{1e-3, 0, 0, 1e4, 0, 1e-3, 0, -2e4, 0, 0, 1e-3, 3e4, 0, 0, 0, 1};
-  const Interval small =
+  const VolumeInterval small =
       volume_interval<3>(model::transform(far, model::spline(3, {nurbs_sphere(1)})), down_to(15));
   EXPECT_LE(small.in, 4e-9 * pi / 3 * (1 + 1e-6));
   EXPECT_GE(small.high(), 4e-9 * pi / 3 * (1 - 1e-6));
@@ -161,7 +161,7 @@ TEST_F(Splines, ClosedCurvesBoundTheirArea) {
     for (std::size_t i = 0; i < count + 2 * degree + 1; ++i) curve.knots[0].push_back(static_cast<double>(i));
     const double area = area_inside(curve);
     for (const double tolerance : {0.1, 0.01, 0.001}) {
-      const Interval now = volume_interval<2>(model::spline(2, {curve}), thinner_than(tolerance));
+      const VolumeInterval now = volume_interval<2>(model::spline(2, {curve}), thinner_than(tolerance));
       EXPECT_LE(now.in, area * (1 + 1e-9));
       EXPECT_GE(now.high(), area * (1 - 1e-9));
       EXPECT_LT(now.fuzzy, 12 * tolerance);
@@ -195,14 +195,14 @@ TEST(SplineSolids, PiecesThatFitTogetherBoundASolid) {
                      face.points.begin() + static_cast<std::ptrdiff_t>(4 * p + 4));
     face.points = corners;
   }
-  const Interval cube = volume_interval<3>(model::spline(3, faces), thinner_than(0.05));
+  const VolumeInterval cube = volume_interval<3>(model::spline(3, faces), thinner_than(0.05));
   expect_contains(cube, 8);
   EXPECT_LT(cube.fuzzy, 24 * 0.05);
   faces.pop_back();
   EXPECT_EQ(volume_interval<3>(model::spline(3, faces), down_to(9)).in, 0) << "an open box has no inside";
   const Expression solid = model::bezier(3, {1, 1, 1}, {0, 0, 0, 1, 0, 0, 1, 1, 0, 2, 0, 1, 0, 2, 1, 1,
                                                         3, 0, 0, 1, 3, 0, 1, 1, 3, 2, 0, 1, 3, 2, 1, 1});
-  const Interval box = volume_interval<3>(solid, thinner_than(0.05));
+  const VolumeInterval box = volume_interval<3>(solid, thinner_than(0.05));
   expect_contains(box, 6);
   EXPECT_LT(box.fuzzy, 22 * 0.05);
 }
@@ -221,7 +221,7 @@ TEST(SplineSolids, BooleansKeepTheInterval) {
   // A thin surface takes nothing away, and adds nothing.
   const Expression sheet =
       model::bezier(3, {1, 1}, {-1, -1, 0.3, 1, -1, 3, 1, 1, 3, -1, 1.2, 1, 3, 3, 0.7, 1});
-  const Interval less = volume_interval<3>(model::subtract({octant, sheet}), thinner_than(0.05));
+  const VolumeInterval less = volume_interval<3>(model::subtract({octant, sheet}), thinner_than(0.05));
   expect_contains(less, 8);
   EXPECT_GT(less.in, 7);
   expect_contains(volume_interval<3>(model::unite({octant, sheet}), thinner_than(0.1)), 8);
@@ -235,11 +235,11 @@ TEST(SplineSolids, CellsDoNotDependOnThreadsAndOrder) {
 
 TEST(SplineSolids, CsgHasNodesForThem) {
   const auto read = [](const char* text) { return model::parse_csg(text, "test.csg", {}).expression; };
-  const Interval box = volume_interval<3>(
+  const VolumeInterval box = volume_interval<3>(
       read("bezier(points = [[[[0,0,0],[0,0,1]],[[0,2,0],[0,2,1]]],[[[3,0,0],[3,0,1]],[[3,2,0],[3,2,1]]]]);"),
       thinner_than(0.1));
   expect_contains(box, 6);
-  const Interval disk = volume_interval<2>(
+  const VolumeInterval disk = volume_interval<2>(
       read("nurbs(degree = 2, points = [[1,0],[1,1],[0,1],[-1,1],[-1,0],[-1,-1],[0,-1],[1,-1],[1,0]], knots "
            "= [0,0,0,1,1,2,2,3,3,4,4,4], "
            "weights = "
@@ -253,7 +253,7 @@ TEST(SplineSolids, CsgHasNodesForThem) {
                                thinner_than(0.05))
                 .in,
             2);
-  const Interval blob = volume_interval<3>(
+  const VolumeInterval blob = volume_interval<3>(
       read("subdivision(points = [[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0,0,1],[1,0,1],[1,1,1],[0,1,1]], "
            "faces = [[0,1,2,3],[7,6,5,4],[4,5,1,0],[5,6,2,1],[6,7,3,2],[7,4,0,3]]);"),
       thinner_than(0.1));

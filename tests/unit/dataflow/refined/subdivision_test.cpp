@@ -206,7 +206,7 @@ ControlNet double_pyramid(Random& random, std::uint32_t sides) {
 void check_surface(const Expression& surface, Subdivider& fine,
                    const std::vector<std::array<double, 3>>& limits, double tolerance, double share) {
   const double volume = fine.volume(limits);
-  const Interval now = check_points<3>(surface, limits, thinner_than(tolerance));
+  const VolumeInterval now = check_points<3>(surface, limits, thinner_than(tolerance));
   EXPECT_LE(now.in, volume * (1 + 1e-3));  // the mesh of limit points is inside of what is convex, a little
   EXPECT_GE(now.high(), volume * (1 - 1e-3));
   EXPECT_GT(now.in, volume * share);

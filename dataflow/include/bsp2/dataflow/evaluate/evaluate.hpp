@@ -47,8 +47,8 @@ struct EvaluateOptions {
   bool suspend = false;
   /// A region that turns out to be one cell, IN or OUT and wanted, comes back as unfinished, its cell held:
   /// what is beyond the cut that made the region may turn out alike, and then the whole is given back. See
-  /// giving_back.hpp.
-  bool hold_wholes = false;
+  /// coarsening.hpp.
+  bool hold_uniform_regions = false;
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells go to the consumers
   bool record_tree = false;
   /// How many nodes and cells earlier evaluations of the same run have recorded: those of this one are
@@ -122,12 +122,12 @@ struct Evaluation {
   std::vector<std::int32_t> region_roots;
   geometry::BspTree tree;
   std::vector<std::uint64_t> cells_of_worker;
-  std::vector<Region<D>> unfinished;  ///< with `suspend` or `hold_wholes`: the regions in which something is
-                                      ///< left, in their order
+  std::vector<Region<D>> unfinished;  ///< with `suspend` or `hold_uniform_regions`: the regions in which
+                                      ///< something is left, in their order
   bool stopped = false;               ///< ended by time, cells or interruption, not by having no more to do
 };
 
-/// Evaluates the regions of a network with a crew of worker threads that steal work from each other.
+/// Evaluates the regions of a network with a context of worker threads that steal work from each other.
 ///
 /// Each worker takes a token (a FUZZY cell and its localized expression), fires it through the network, and
 /// either emits the decided cell to the consumers or splits it in two tokens. Where both halves turn out

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "bsp2/dataflow/evaluate/parting.hpp"
+#include "bsp2/dataflow/evaluate/split_position.hpp"
 #include "bsp2/dataflow/network/network.hpp"
 #include "bsp2/dataflow/process/cell_view.hpp"
 #include "bsp2/dataflow/process/process.hpp"
@@ -32,12 +32,13 @@ class Localizer {
     /// the program that was put out.
     std::span<const geometry::OrientedHyperplane> last_planes{};
     Answer beyond{geometry::Label::out}, behind{geometry::Label::out};
-    bool none = false;   ///< nothing is to be cut: the cell stays FUZZY
-    bool hasty = false;  ///< `decide` may know more
+    bool none = false;           ///< nothing is to be cut: the cell stays FUZZY
+    bool box_test_only = false;  ///< `decide` may know more
   };
   /// The expression `program` within `cell`: IN, OUT, or FUZZY with the simplified expression in `out` and
-  /// the hyperplane to split by in `cut`. The result depends on the arguments alone. FUZZY may be hasty: that
-  /// the cell is better cut at once, between many operands, than looked at closely.
+  /// the hyperplane to split by in `cut`. The result depends on the arguments alone. FUZZY may come from
+  /// tests of boxes alone: that the cell is better cut at once, between many operands, than looked at
+  /// closely.
   Answer fire(std::span<const Word> program, const geometry::Cell<D>& cell, Words& out, Cut& cut);
 
   /// Cells thinner than this are not cut along round solids. 0: all are.
@@ -79,7 +80,7 @@ class Localizer {
   };
   geometry::Buffer<ActiveLeaf> active_;  // the undecided leaves, but for those that stay so
   bool stays_undecided_ = false;         // there may be leaves that do
-  bool was_hasty_ = false;               // some leaves were asked quickly, and may be decided
+  bool was_box_test_only_ = false;       // some leaves were asked quickly, and may be decided
   bool covers_ = false;  // what was visited last is FUZZY, but IN: only what the cell belongs to is undecided
   Words second_pass_;
   double tolerance_ = 0;
@@ -92,13 +93,13 @@ class Localizer {
     std::uint8_t axis, side;
   };
   std::vector<Candidate> candidates_;
-  std::vector<Stretch> stretches_;  // of the undecided operands along an axis
+  std::vector<Interval> stretches_;  // of the undecided operands along an axis
   std::vector<geometry::OrientedHyperplane>
       shared_;                              // half-spaces of the operand at hand in which others may end, too
   std::vector<std::uint16_t> place_of_;     // of each hyperplane among those, 0 for all others
   std::vector<std::uint32_t> operands_at_;  // each place
 
-  Answer localize(std::span<const Word> program, Words& out, bool quick);
+  Answer localize(std::span<const Word> program, Words& out, bool box_test_only);
   Answer visit(const Word*& at, Words& out);
   Answer visit_combiner(const Word*& at, Words& out);
   Answer visit_leaf(const Word*& at, Words& out);
@@ -132,8 +133,8 @@ class Localizer {
   [[nodiscard]] double thin() const;
   [[nodiscard]] bool is_thin() const;
   void leave_round_operands(std::span<const Word> program);
-  Parting part_operands(std::span<const Word> program, int axis);
-  std::pair<int, Parting> axis_between_operands(std::span<const Word> program);
+  SplitPosition part_operands(std::span<const Word> program, int axis);
+  std::pair<int, SplitPosition> axis_between_operands(std::span<const Word> program);
   bool choose_between_operands(std::span<const Word> program, Cut& cut);
   void add_ends(std::span<const Word> program, int axis, double place);
   [[nodiscard]] geometry::HyperplaneId hyperplane_at(const Candidate& end) const;

@@ -50,9 +50,9 @@ class CellView {
     columns_.load(cell);
   }
   /// Quick questions keep as undecided what only a look at all vertices could decide.
-  void be_quick(bool quick) { quick_ = quick; }
+  void test_boxes_only(bool box_test_only) { box_test_only_ = box_test_only; }
 
-  [[nodiscard]] bool quick() const { return quick_; }
+  [[nodiscard]] bool box_test_only() const { return box_test_only_; }
   [[nodiscard]] const geometry::Cell<D>& cell() const { return *cell_; }
   [[nodiscard]] const CellExtent<D>& extent() const { return extent_; }
   [[nodiscard]] geometry::Splitter<D>& splitter() { return *splitter_; }
@@ -61,12 +61,14 @@ class CellView {
   /// Room for the facets of a mesh, for one question.
   [[nodiscard]] geometry::TriangleColumns& triangles() { return triangles_; }
 
-  /// Where the cell lies: from its box if that is enough, else (unless quick) from its vertices, exactly.
+  /// Where the cell lies: from its box if that is enough, else (unless boxes alone are tested) from its
+  /// vertices, exactly.
   geometry::Position position(geometry::OrientedHyperplane plane) {
     using geometry::Position;
     const auto h = table().rounded(plane.id());
     Position where = extent_.position(h);
-    if (where == Position::crossing && !quick_) where = splitter_->position(*cell_, columns_, plane.id(), h);
+    if (where == Position::crossing && !box_test_only_)
+      where = splitter_->position(*cell_, columns_, plane.id(), h);
     if (where == Position::crossing || !plane.flipped()) return where;
     return where == Position::negative ? Position::positive : Position::negative;
   }
@@ -89,7 +91,7 @@ class CellView {
   CellExtent<D> extent_;
   geometry::VertexColumns<D> columns_;
   geometry::TriangleColumns triangles_;
-  bool quick_ = false;
+  bool box_test_only_ = false;
 };
 
 }  // namespace bsp2::dataflow

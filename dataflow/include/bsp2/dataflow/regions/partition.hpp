@@ -48,7 +48,7 @@ unsigned suggested_depth(const Network<D>& network);
 /// Parts the root cell into at most 2^depth regions in which about as much is undecided, by the hyperplanes
 /// that its evaluation would choose: so the regions are tokens of the evaluation of the whole, and their cuts
 /// add no cells. What turns out to be whole on both sides of a cut is still to be given back, see
-/// giving_back.hpp. A region in which nothing is undecided is not cut further. The result depends on the
+/// coarsening.hpp. A region in which nothing is undecided is not cut further. The result depends on the
 /// network, the depth and the limits alone.
 /// @param threads look at what is cut.
 template <int D>

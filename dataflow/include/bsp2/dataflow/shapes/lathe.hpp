@@ -23,14 +23,14 @@ struct Lathe {
 
   /// Planes that part the facets, for cuts: through the axis and corner `at` (positive where angles grow),
   /// and across it at ring `at` (positive above).
-  struct Parting {
+  struct SplitPosition {
     geometry::OrientedHyperplane plane;
     std::uint32_t at;
     bool axial;
   };
-  std::uint32_t sides_between = 1, bands_between = 1;             ///< from one plane to the next
-  std::vector<Parting> axial, level;                              ///< by `at`
-  std::vector<std::pair<geometry::HyperplaneId, Parting>> by_id;  ///< both, by id
+  std::uint32_t sides_between = 1, bands_between = 1;                   ///< from one plane to the next
+  std::vector<SplitPosition> axial, level;                              ///< by `at`
+  std::vector<std::pair<geometry::HyperplaneId, SplitPosition>> by_id;  ///< both, by id
 
   std::array<std::array<double, 4>, 3> to_frame;  ///< rounded; from the model to the own frame
   double frame_error = 0;                         ///< of a point's coordinates in the own frame, by rounding

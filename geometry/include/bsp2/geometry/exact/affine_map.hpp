@@ -14,7 +14,7 @@ namespace bsp2::geometry {
 /// An affine map from a primitive's frame to the model, as a D x (D+1) matrix, translation last, in model
 /// units.
 template <int D>
-using Matrix = std::array<std::array<Quad, D + 1>, D>;
+using Matrix = std::array<std::array<Float128, D + 1>, D>;
 
 /// Holds any minor of a linear part on the grid: D factors of 122 bits.
 template <int D>

@@ -42,13 +42,13 @@ void for_each_range(std::size_t count, std::size_t grain, unsigned threads, cons
 /// Items 0 ... count - 1 that some threads make ahead, while the one that calls uses them in their order. Few
 /// are held at a time.
 template <typename Item>
-class MadeAhead {
+class OrderedPipeline {
  public:
   /// Calls `make(i, item)` and then `use(item)` for each, with items that were used before. One thread makes
   /// and uses them in turns. Passes on what is thrown, when all threads have ended.
   template <typename Make, typename Use>
   static void run(std::size_t count, unsigned threads, const Make& make, const Use& use) {
-    MadeAhead ahead(count, threads);
+    OrderedPipeline ahead(count, threads);
     Threads others;
     ahead.attempt([&] {  // also where a thread cannot be started: those that were wait for items to be used
       for (std::size_t i = 1; i < std::min<std::size_t>(threads, count); ++i)
@@ -70,7 +70,7 @@ class MadeAhead {
   std::size_t taken_ = 0, used_ = 0;  // items that somebody makes or has made, and that were used
   bool failed_ = false;
 
-  MadeAhead(std::size_t count, unsigned threads)
+  OrderedPipeline(std::size_t count, unsigned threads)
       : count_(count), slots_(std::min<std::size_t>(count, threads <= 1 ? 1 : 2 * std::size_t{threads})) {}
 
   [[nodiscard]] Slot& slot(std::size_t i) { return slots_[i % slots_.size()]; }

@@ -139,7 +139,7 @@ struct Skin {
   void append(const Skin& other);
   /// Makes one of vertices that have the same name: each hyperplane through a corner of the solid has named
   /// it for itself.
-  void unite_names();
+  void weld();
 };
 
 /// Matches the facets on a hyperplane: where cells touch, and what of their facets is left for the boundary.

@@ -1,4 +1,4 @@
-#include "csg/csg_any_nodes.hpp"
+#include "csg/csg_nd_nodes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -269,9 +269,9 @@ Expression make_any_primitive(NodeKind kind, const Arguments& arguments, NodePoo
   return pool.adopt(any_primitive(kind, Strict(kind, arguments)));
 }
 
-AnyNode read_any_node(NodeKind kind, const Arguments& all) {
+NdNode read_nd_node(NodeKind kind, const Arguments& all) {
   const Strict arguments(kind, all);
-  AnyNode node;
+  NdNode node;
   switch (kind) {
     case NodeKind::part:
     case NodeKind::measure:
@@ -319,8 +319,8 @@ AnyNode read_any_node(NodeKind kind, const Arguments& all) {
   return node;
 }
 
-Expression make_any_node(NodeKind kind, const AnyNode& node, std::span<const Expression> operands,
-                         NodePool& pool) {
+Expression make_nd_node(NodeKind kind, const NdNode& node, std::span<const Expression> operands,
+                        NodePool& pool) {
   const Expression& operand = operands.front();
   // The builder checks the dimensions; equal nodes are made one here.
   const auto pooled = [&](const Construct& what, std::vector<Expression> of) {

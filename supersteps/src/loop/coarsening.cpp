@@ -1,4 +1,4 @@
-#include "bsp2/dataflow/regions/giving_back.hpp"
+#include "bsp2/dataflow/regions/coarsening.hpp"
 
 #include <algorithm>
 #include <map>
@@ -13,7 +13,7 @@ namespace {
 /// Of which regions a rank has something left, and what is held of those that are one cell.
 struct LeftOver {
   std::vector<std::uint32_t> unfinished;
-  std::vector<std::uint32_t> region;  // of wholes
+  std::vector<std::uint32_t> region;  // of uniform
   std::vector<std::uint8_t> label;
   std::vector<std::int32_t> owner;
   std::vector<std::uint16_t> level;
@@ -28,7 +28,7 @@ template <int D>
 LeftOver left_over(const Progress<D>& progress) {
   LeftOver left;
   for (const auto& region : progress.partition.regions) {
-    const auto whole = dataflow::whole_of(region);
+    const auto whole = dataflow::uniform_region_of(region);
     if (!whole) {
       left.unfinished.push_back(region.number);
       continue;
@@ -44,7 +44,7 @@ LeftOver left_over(const Progress<D>& progress) {
 /// A region as what it became: its cell is that of the node of the partition which it has taken.
 template <int D>
 void become(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition,
-            const dataflow::Whole& whole, dataflow::Region<D>& region) {
+            const dataflow::UniformRegion& whole, dataflow::Region<D>& region) {
   region.frontier.nodes[0].value = whole.owner;
   if (region.level == whole.level && !region.cell.vertices().empty()) return;
   region.level = whole.level;
@@ -54,24 +54,24 @@ void become(const dataflow::Network<D>& network, const dataflow::Partition<D>& p
 }  // namespace
 
 template <int D>
-void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
-               const RunOptions& options, unsigned threads, CellStream* stream) {
-  std::vector<dataflow::Whole> wholes;
+void coarsen(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
+             const RunOptions& options, unsigned threads, CellStream* stream) {
+  std::vector<dataflow::UniformRegion> uniform;
   std::vector<std::uint32_t> unfinished;
   for (const LeftOver& left : all_gather(ranks, left_over(progress))) {
     unfinished.insert(unfinished.end(), left.unfinished.begin(), left.unfinished.end());
     for (std::size_t i = 0; i < left.region.size(); ++i)
-      wholes.push_back(
+      uniform.push_back(
           {left.region[i], static_cast<geometry::Label>(left.label[i]), left.owner[i], left.level[i]});
   }
-  if (wholes.empty()) return;
-  std::map<std::uint32_t, dataflow::Whole> remaining;
-  for (const auto& whole : dataflow::give_back<D>(network, progress.partition, wholes, unfinished))
+  if (uniform.empty()) return;
+  std::map<std::uint32_t, dataflow::UniformRegion> remaining;
+  for (const auto& whole : dataflow::coarsen<D>(network, progress.partition, uniform, unfinished))
     remaining.emplace(whole.region, whole);
 
   std::vector<dataflow::Region<D>> stay, done;
   for (auto& region : progress.partition.regions) {
-    const auto was = dataflow::whole_of(region);
+    const auto was = dataflow::uniform_region_of(region);
     const auto is = was ? remaining.find(region.number) : remaining.end();
     if (was && is == remaining.end()) continue;  // part of another region now
     if (was) become(network, progress.partition, is->second, region);
@@ -80,21 +80,21 @@ void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& p
   progress.partition.regions = std::move(stay);
   if (done.empty()) return;
 
-  Keeper keeper;
+  CollectingConsumer collector;
   std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&keeper);
+  if (options.collect_cells) consumers.push_back(&collector);
   if (stream != nullptr) consumers.push_back(stream);
   std::vector<std::uint32_t> numbers;
   for (const auto& region : done) numbers.push_back(region.number);
   const Recorded before = recorded(progress.meshes);
-  auto emitted = picturing<D>(network, done, options, threads, before, consumers);
+  auto emitted = provisional_cells<D>(network, done, options, threads, before, consumers);
   ranks.count_cells(emitted.totals.in_cells + emitted.totals.out_cells);
-  progress.add(numbers, emitted, before, keeper, stream);
+  progress.add(numbers, emitted, before, collector, stream);
 }
 
-#define BSP2_STAGE(D)                                                                                        \
-  template void give_back<D>(Ranks&, const dataflow::Network<D>&, Progress<D>&, const RunOptions&, unsigned, \
-                             CellStream*);
+#define BSP2_STAGE(D)                                                                                      \
+  template void coarsen<D>(Ranks&, const dataflow::Network<D>&, Progress<D>&, const RunOptions&, unsigned, \
+                           CellStream*);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

@@ -1,4 +1,4 @@
-#include "regions/contact.hpp"
+#include "regions/progress_exchange.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -10,7 +10,7 @@ constexpr char a_status = 'S';  // messages of a stream begin with other letters
 
 }  // namespace
 
-void Contact::progress(double done, std::uint64_t cells, std::int64_t grown) {
+void ProgressExchange::progress(double done, std::uint64_t cells, std::int64_t grown) {
   mine_.done = std::min(done, share_);
   if (!done_at_first_) done_at_first_ = mine_.done;
   mine_.gained = mine_.done - *done_at_first_;
@@ -30,7 +30,7 @@ void Contact::progress(double done, std::uint64_t cells, std::int64_t grown) {
   ranks_.begin_sync();
 }
 
-void Contact::finish() {
+void ProgressExchange::finish() {
   if (ranks_.count() == 1) return;
   mine_.done = share_;
   mine_.finished = true;
@@ -45,7 +45,7 @@ void Contact::finish() {
   }
 }
 
-void Contact::tell() {
+void ProgressExchange::tell() {
   mine_.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
   mine_.passed_on = stream_ != nullptr && stream_->send();
   mine_.full = stream_ != nullptr && stream_->is_full();
@@ -54,7 +54,7 @@ void Contact::tell() {
   for (int rank = 0; rank < ranks_.count(); ++rank) ranks_.send(rank, bytes);
 }
 
-std::vector<Contact::Status> Contact::take_messages() {
+std::vector<ProgressExchange::Status> ProgressExchange::take_messages() {
   std::vector<Status> all;
   for (const Ranks::Message& message : ranks_.received()) {
     if (message.bytes.front() == a_status)
@@ -66,7 +66,7 @@ std::vector<Contact::Status> Contact::take_messages() {
 }
 
 /// All ranks hear the same, and draw the same conclusions.
-void Contact::listen() {
+void ProgressExchange::listen() {
   Status sum;
   bool one_finished = false, all_finished = true;
   double longest_to_come = 0, passed = 0;  // seconds

@@ -10,7 +10,7 @@
 namespace bsp2::model {
 
 /// What a node with children says before they are read; which fields count depends on its kind.
-struct AnyNode {
+struct NdNode {
   Construct construct;
   std::vector<double> lengths;  ///< extrude: along the new axes
   bool center = false;
@@ -26,13 +26,13 @@ bool is_any_node(NodeKind kind);
 Expression make_any_primitive(NodeKind kind, const Arguments& arguments, NodePool& pool);
 
 /// The arguments of a node with children, from complement to sweep. @throws bsp2::Error without a position.
-AnyNode read_any_node(NodeKind kind, const Arguments& arguments);
+NdNode read_nd_node(NodeKind kind, const Arguments& arguments);
 
 /// What such a node makes of its operands, none of them empty or of no dimension, and one but for product,
 /// the Booleans.
 /// @throws bsp2::Error without a position, for operands of dimensions that it cannot take.
-Expression make_any_node(NodeKind kind, const AnyNode& node, std::span<const Expression> operands,
-                         NodePool& pool);
+Expression make_nd_node(NodeKind kind, const NdNode& node, std::span<const Expression> operands,
+                        NodePool& pool);
 
 /// The square matrix of a multmatrix node, row-major; empty if it is not square, or for children of two or
 /// three dimensions, whose matrix OpenSCAD reads in its own way.

@@ -18,7 +18,7 @@ namespace bsp2::supersteps {
 /// where they are wanted.
 ///
 /// A sync begins here and is completed some calls later; nobody waits for it before its own work is done.
-class Contact : public dataflow::Consumer {
+class ProgressExchange : public dataflow::Consumer {
  public:
   using Report = std::function<void(double done, std::uint64_t cells)>;
 
@@ -30,7 +30,7 @@ class Contact : public dataflow::Consumer {
   /// @param share of space that this rank computes, as `progress` counts it.
   /// @param report told the progress of all ranks, on the master. @param stream whose cells travel along; may
   /// be null.
-  Contact(Ranks& ranks, double share, const Limits& limits, Report report, CellStream* stream)
+  ProgressExchange(Ranks& ranks, double share, const Limits& limits, Report report, CellStream* stream)
       : ranks_(ranks), share_(share), limits_(limits), report_(std::move(report)), stream_(stream) {}
 
   void consume(const std::shared_ptr<const dataflow::Refinement>&) override {}

@@ -1,4 +1,4 @@
-#include "bsp2/dataflow/evaluate/parting.hpp"
+#include "bsp2/dataflow/evaluate/split_position.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,10 +17,10 @@ double share(std::size_t below, std::size_t above, std::size_t all) {
 }
 
 /// At one of the places that lie evenly over what the stretches cover.
-Parting part_evenly(std::span<const Stretch> stretches, double lower, double upper) {
+SplitPosition split_evenly(std::span<const Interval> stretches, double lower, double upper) {
   std::array<std::uint32_t, places> begin{}, end{};
   const double scale = places / (upper - lower);
-  for (const Stretch& stretch : stretches) {
+  for (const Interval& stretch : stretches) {
     const auto first = static_cast<std::int32_t>((stretch.lower - lower) * scale);
     const double reach = (stretch.upper - lower) * scale;
     auto last = static_cast<std::int32_t>(reach);
@@ -41,14 +41,14 @@ Parting part_evenly(std::span<const Stretch> stretches, double lower, double upp
 
 /// The end with as many ends below it as stretches, so in the middle: it is looked for only among those as
 /// near as one of the places.
-double median_of_ends(std::span<const Stretch> stretches, double lower, double upper) {
+double median_of_ends(std::span<const Interval> stretches, double lower, double upper) {
   const double scale = places / (upper - lower);
   const auto place_of = [&](double end) {
     return static_cast<std::size_t>(
         std::min<std::int32_t>(static_cast<std::int32_t>((end - lower) * scale), places - 1));
   };
   std::array<std::size_t, places> ends{};
-  for (const Stretch& stretch : stretches) {
+  for (const Interval& stretch : stretches) {
     ++ends[place_of(stretch.lower)];
     ++ends[place_of(stretch.upper)];
   }
@@ -56,7 +56,7 @@ double median_of_ends(std::span<const Stretch> stretches, double lower, double u
   for (; left >= ends[place]; ++place) left -= ends[place];
   std::vector<double> near;
   near.reserve(ends[place]);
-  for (const Stretch& stretch : stretches)
+  for (const Interval& stretch : stretches)
     for (const double end : {stretch.lower, stretch.upper})
       if (place_of(end) == place) near.push_back(end);
   const auto middle = near.begin() + static_cast<std::ptrdiff_t>(left);
@@ -64,10 +64,10 @@ double median_of_ends(std::span<const Stretch> stretches, double lower, double u
   return *middle;
 }
 
-Parting part_at_median(std::span<const Stretch> stretches, double lower, double upper) {
+SplitPosition split_at_median(std::span<const Interval> stretches, double lower, double upper) {
   const double middle = median_of_ends(stretches, lower, upper);
   std::size_t below = 0, above = 0;
-  for (const Stretch& stretch : stretches) {
+  for (const Interval& stretch : stretches) {
     below += stretch.lower < middle ? 1 : 0;
     above += stretch.upper > middle ? 1 : 0;
   }
@@ -76,18 +76,18 @@ Parting part_at_median(std::span<const Stretch> stretches, double lower, double 
 
 }  // namespace
 
-Parting best_parting(std::span<const Stretch> stretches) {
+SplitPosition best_split_position(std::span<const Interval> stretches) {
   constexpr std::size_t many = 64;
   constexpr double poor = 0.9;
   double lower = stretches.front().lower, upper = stretches.front().upper;
-  for (const Stretch& stretch : stretches) {
+  for (const Interval& stretch : stretches) {
     lower = std::min(lower, stretch.lower);
     upper = std::max(upper, stretch.upper);
   }
   if (!(upper > lower)) return {1, lower};
-  const Parting parting = part_evenly(stretches, lower, upper);
+  const SplitPosition parting = split_evenly(stretches, lower, upper);
   if (parting.share <= poor || stretches.size() <= many) return parting;
-  const Parting other = part_at_median(stretches, lower, upper);
+  const SplitPosition other = split_at_median(stretches, lower, upper);
   return other.share < parting.share ? other : parting;
 }
 

@@ -1,6 +1,6 @@
 // Where a row of stretches comes apart best, against all places one by one.
 
-#include "bsp2/dataflow/evaluate/parting.hpp"
+#include "bsp2/dataflow/evaluate/split_position.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,19 +15,19 @@ namespace bsp2::dataflow {
 namespace {
 
 /// The share of the larger half of those that reach further than `slack` below a place, or above it.
-double share_at(const std::vector<Stretch>& stretches, double place, double slack) {
+double share_at(const std::vector<Interval>& stretches, double place, double slack) {
   std::size_t below = 0, above = 0;
-  for (const Stretch& stretch : stretches) {
+  for (const Interval& stretch : stretches) {
     below += stretch.lower < place - slack ? 1 : 0;
     above += stretch.upper > place + slack ? 1 : 0;
   }
   return static_cast<double>(std::max(below, above)) / static_cast<double>(stretches.size());
 }
 
-std::vector<Stretch> random_stretches(Random& random) {
+std::vector<Interval> random_stretches(Random& random) {
   const int count = pick(random, 1, 300), kind = pick(random, 0, 5);
   const double origin = uniform(random, -1e3, 1e3), width = std::pow(10.0, uniform(random, -3, 3));
-  std::vector<Stretch> stretches;
+  std::vector<Interval> stretches;
   for (int i = 0; i < count; ++i) {
     double lower = uniform(random, 0, 1), length = uniform(random, 0, 0.2);
     if (kind == 1) lower = pick(random, 0, 9) / 10.0, length = 0.1;  // touching
@@ -42,16 +42,16 @@ std::vector<Stretch> random_stretches(Random& random) {
   return stretches;
 }
 
-TEST(Parting, IsAsGoodAsItSaysAndAsTheBestOfManyPlaces) {
+TEST(SplitPosition, IsAsGoodAsItSaysAndAsTheBestOfManyPlaces) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   int poor = 0;
   for (int round = 0; round < samples::rounds(2000); ++round) {
     const auto stretches = random_stretches(random);
-    const Parting parting = best_parting(stretches);
+    const SplitPosition parting = best_split_position(stretches);
     double lower = stretches[0].lower, upper = stretches[0].upper;
-    for (const Stretch& stretch : stretches) {
+    for (const Interval& stretch : stretches) {
       lower = std::min(lower, stretch.lower);
       upper = std::max(upper, stretch.upper);
     }
@@ -70,7 +70,7 @@ TEST(Parting, IsAsGoodAsItSaysAndAsTheBestOfManyPlaces) {
     }
     if (stretches.size() <= 64 || even <= 0.9 || !(upper > lower)) continue;
     std::vector<double> ends;
-    for (const Stretch& stretch : stretches) ends.insert(ends.end(), {stretch.lower, stretch.upper});
+    for (const Interval& stretch : stretches) ends.insert(ends.end(), {stretch.lower, stretch.upper});
     std::sort(ends.begin(), ends.end());
     ASSERT_LE(parting.share, share_at(stretches, ends[stretches.size()], 0)) << "the median of the ends";
     ++poor;
@@ -78,11 +78,11 @@ TEST(Parting, IsAsGoodAsItSaysAndAsTheBestOfManyPlaces) {
   EXPECT_GT(poor, 0);
 }
 
-TEST(Parting, FindsWhatIsFarFromAClusterAndPartsTheCluster) {
-  std::vector<Stretch> stretches{{1e6, 1e6 + 1}};
+TEST(SplitPosition, FindsWhatIsFarFromAClusterAndPartsTheCluster) {
+  std::vector<Interval> stretches{{1e6, 1e6 + 1}};
   for (int i = 0; i < 1000; ++i) stretches.push_back({i * 1e-3, (i + 0.5) * 1e-3});
-  const Parting parting =
-      best_parting(stretches);  // no place of sixty-four even ones lies within the cluster
+  const SplitPosition parting =
+      best_split_position(stretches);  // no place of sixty-four even ones lies within the cluster
   EXPECT_LT(parting.share, 0.51);
   EXPECT_NEAR(parting.place, 0.5, 0.01);
 }

@@ -10,8 +10,8 @@
 
 namespace bsp2::dataflow {
 
-/// A region that is one cell as a whole, not emitted yet: EvaluateOptions::hold_wholes.
-struct Whole {
+/// A region that is one cell as a whole, not emitted yet: EvaluateOptions::hold_uniform_regions.
+struct UniformRegion {
   std::uint32_t region = 0;
   geometry::Label label = geometry::Label::in;
   std::int32_t owner = no_owner;  ///< as an Outcome has it
@@ -22,7 +22,7 @@ struct Whole {
 
 /// The whole that a region is; nothing if it is divided, or not decided.
 template <int D>
-std::optional<Whole> whole_of(const Region<D>& region);
+std::optional<UniformRegion> uniform_region_of(const Region<D>& region);
 
 /// Gives back, across the cuts between regions, what an evaluation of all as one region would have given
 /// back: where both sides of a cut turned out alike, they become one region, and so on up the tree.
@@ -31,13 +31,14 @@ std::optional<Whole> whole_of(const Region<D>& region);
 /// same.
 /// @param partition where regions become one, its nodes change: the region that remains has the number of the
 /// first one, and the others are no longer reached from the root.
-/// @param wholes all there are, on whatever rank, in any order.
+/// @param uniform all there are, on whatever rank, in any order.
 /// @param unfinished the other regions of which something is left. What is in neither list is divided for
 /// good.
 /// @return those that remain, in the order of their numbers.
 /// Source: the design of joins, within a region; see docs/dataflow.md, "Giving back".
 template <int D>
-std::vector<Whole> give_back(const Network<D>& network, Partition<D>& partition,
-                             std::span<const Whole> wholes, std::span<const std::uint32_t> unfinished);
+std::vector<UniformRegion> coarsen(const Network<D>& network, Partition<D>& partition,
+                                   std::span<const UniformRegion> uniform,
+                                   std::span<const std::uint32_t> unfinished);
 
 }  // namespace bsp2::dataflow

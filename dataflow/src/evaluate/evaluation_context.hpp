@@ -26,14 +26,14 @@ namespace bsp2::dataflow {
 
 /// What the workers of one evaluation share.
 template <int D>
-class Crew;
+class EvaluationContext;
 
-/// What one thread of the crew does, with everything that is its own.
+/// What one thread of the evaluation does, with everything that is its own.
 template <int D>
 class Worker {
  public:
-  Worker(Crew<D>& crew, std::uint32_t index);
-  /// On a thread of its own, with a large stack. Throws nothing: the crew knows of failures.
+  Worker(EvaluationContext<D>& context, std::uint32_t index);
+  /// On a thread of its own, with a large stack. Throws nothing: the evaluation knows of failures.
   void run();
   void add(Token<D>* token);
 
@@ -47,7 +47,7 @@ class Worker {
   std::uint32_t index;
 
  private:
-  Crew<D>& crew_;
+  EvaluationContext<D>& context_;
   /// A cut of a chain: its hyperplane, and what is beyond it.
   struct Piece {
     geometry::OrientedHyperplane plane;
@@ -73,43 +73,43 @@ class Worker {
   [[nodiscard]] bool may_clip(const Token<D>& token, const typename Localizer<D>::Cut& cut) const;
   Token<D>* clip(Token<D>* token, const typename Localizer<D>::Cut& cut);
   bool cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest);
-  std::int64_t settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut);
+  std::int64_t emit_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut);
   void end_undecided(const Token<D>& token, Outcome<D>& outcome);
   Token<D>* unfold(Token<D>* token);
   Token<D>* unfold_by_the_clock(Token<D>* token);
-  Token<D>* leave(Token<D>* token);
+  Token<D>* suspend(Token<D>* token);
   [[nodiscard]] bool has_ended(const Token<D>& token) const;
-  Token<D>* give(Token<D>* token, Outcome<D>&& outcome);
+  Token<D>* complete(Token<D>* token, Outcome<D>&& outcome);
   Join<D>* join_of(const Token<D>& token, geometry::HyperplaneId hyperplane);
   void cut(const geometry::Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built,
            std::array<geometry::Cell<D>, 2>& halves);
   [[nodiscard]] bool needs_cell(const Token<D>& restored) const;
-  void finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D>&& outcome);
+  void deliver(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D>&& outcome);
   Outcome<D> combine(Join<D>& join);
   Outcome<D> suspend(Join<D>& join);
-  std::int64_t settle(Outcome<D>& outcome, std::uint32_t region);
+  std::int64_t emit_once(Outcome<D>& outcome, std::uint32_t region);
   std::int64_t emit(Outcome<D>& outcome, std::uint32_t region);
   void write(const Outcome<D>& outcome, std::uint32_t region);
   [[nodiscard]] std::int32_t part_of(const Outcome<D>& outcome) const;
   void count(const Outcome<D>& outcome, const geometry::Moments<D>& moments);
   void flush();
   void count_decided(std::uint16_t level);
-  void grow(std::int64_t cells);
+  void count_growth(std::int64_t cells);
   /// Whether a region as a whole is one cell that may be given back with its sibling.
   [[nodiscard]] bool is_held(const Outcome<D>& region) const {
-    return crew_.options.hold_wholes && region.level > 0 && region.form == Form::cell &&
+    return context_.options.hold_uniform_regions && region.level > 0 && region.kind == OutcomeKind::cell &&
            region.label != geometry::Label::fuzzy && stays(region.label);
   }
   /// Whether it is a cell of the mesh: what is OUT goes, unless somebody wants it.
   [[nodiscard]] bool stays(geometry::Label label) const {
-    return label != geometry::Label::out || crew_.options.keep_out;
+    return label != geometry::Label::out || context_.options.keep_out;
   }
 };
 
 template <int D>
-class Crew {
+class EvaluationContext {
  public:
-  Crew(const Network<D>& network_, const EvaluateOptions& options_, bool writes_cells_)
+  EvaluationContext(const Network<D>& network_, const EvaluateOptions& options_, bool writes_cells_)
       : network(network_),
         options(options_),
         writes_cells(writes_cells_),
