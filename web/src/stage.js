@@ -1,6 +1,7 @@
 // What is seen: camera, lights, cells, surface, sections. Draws only when something has changed.
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { Blocks } from './blocks.js';
 import * as colours from './colours.js';
 
 // Where a triangle is seen from its edge, the middle of a pixel may be far beside it: what is cut off must be asked
@@ -41,6 +42,7 @@ export class Stage {
     this.clips = ['x', 'y', 'z'].map((axis) => ({ axis, on: false, at: 0.5, flip: false }));
     this.regions = new Map(); // number of the region: what is drawn of it
     this.pieces = new Map();
+    this.blocks = new Blocks(this, solids);
     this.coming = null; // of a run whose picture is not complete, while that of another is shown
     this.run = 0;
     this.model = { parts: [], colours: [], lower: [], upper: [], dimension: 3 };
@@ -169,6 +171,7 @@ export class Stage {
   }
 
   drop(map, item) {
+    this.blocks.changed(item);
     for (const object of item.objects) { this.scene.remove(object); object.geometry.dispose(); }
     map.delete(item.number);
   }
@@ -291,6 +294,7 @@ export class Stage {
       attribute.array.set([r, g, b, 255], 4 * i);
     }
     attribute.needsUpdate = true;
+    this.blocks.changed(item);
   }
 
   colourAll() {
@@ -314,6 +318,7 @@ export class Stage {
     if (item.solid.geometry.index.array === kept) return;
     item.solid.geometry.dispose();
     item.solid.geometry.setIndex(new THREE.BufferAttribute(kept, 1));
+    this.blocks.changed(item);
   }
 
   hide(parts) {
@@ -626,6 +631,7 @@ export class Stage {
     this.renderer.info.reset();
     this.renderer.clear();
     this.updateFuzzy();
+    this.blocks.update();
     if (this.planes.length > 0 && this.model.dimension === 3) this.drawCaps();
     this.renderer.render(this.scene, this.camera);
     this.stats.triangles = this.renderer.info.render.triangles;
