@@ -29,6 +29,8 @@ Editor::Editor(const Tetrahedra& mesh) : sides_(mesh.sides), points_(mesh.points
   }
   std::sort(tagged.begin(), tagged.end());
   star_.resize(points_.size());
+  changed_.resize(points_.size(), clock_);
+  settled_.resize(points_.size(), 0);
   tetrahedra_.reserve(mesh.tetrahedra.size());
   for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
     const Float128& p = mesh.tetrahedra[i];
@@ -79,11 +81,13 @@ double Editor::length(std::uint32_t u, std::uint32_t v) const {
 
 std::vector<std::uint32_t> Editor::neighbours(std::uint32_t p) const {
   std::vector<std::uint32_t> all;
+  all.reserve(star_[p].size());
+  seen_.resize(points_.size(), 0);
+  seen_[p] = ++call_;
   for (const std::uint32_t t : star_[p])
     for (const std::uint32_t q : tetrahedra_[t].point)
-      if (q != p) all.push_back(q);
+      if (std::exchange(seen_[q], call_) != call_) all.push_back(q);
   std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
 }
 
@@ -102,8 +106,38 @@ std::uint32_t Editor::add(const Float128& points, const Sides& sides, std::int32
     free_.pop_back();
   }
   tetrahedra_[t] = {points, sides, part, shape(points)};
-  for (const std::uint32_t p : points) star_[p].push_back(t);
+  for (const std::uint32_t p : points) {
+    star_[p].push_back(t);
+    changed_[p] = clock_;
+  }
+  ++clock_;
   return t;
+}
+
+std::uint32_t Editor::add_point(const Point& x, Kind kind) {
+  points_.push_back(x);
+  kind_.push_back(kind);
+  star_.emplace_back();
+  changed_.push_back(clock_);
+  settled_.push_back(0);
+  return static_cast<std::uint32_t>(points_.size() - 1);
+}
+
+void Editor::drop_last_point() {
+  points_.pop_back();
+  kind_.pop_back();
+  star_.pop_back();
+  changed_.pop_back();
+  settled_.pop_back();
+}
+
+void Editor::move(std::uint32_t p, const Point& to) {
+  points_[p] = to;
+  for (const std::uint32_t t : star_[p]) {
+    tetrahedra_[t].shape = shape(tetrahedra_[t].point);
+    for (const std::uint32_t q : tetrahedra_[t].point) changed_[q] = clock_;
+  }
+  ++clock_;
 }
 
 void Editor::remove(std::uint32_t t) {
@@ -112,7 +146,9 @@ void Editor::remove(std::uint32_t t) {
     const auto found = std::find(star.begin(), star.end(), t);
     *found = star.back();
     star.pop_back();
+    changed_[p] = clock_;
   }
+  ++clock_;
   tetrahedra_[t].point[0] = none;
   free_.push_back(t);
 }
@@ -379,20 +415,17 @@ std::uint32_t Editor::split(std::uint32_t u, std::uint32_t v, double least) {
   if (ring.tetrahedra.empty()) return none;
   Point middle;
   for (std::size_t k = 0; k < 3; ++k) middle[k] = points_[u][k] + (points_[v][k] - points_[u][k]) / 2;
-  const auto m = static_cast<std::uint32_t>(points_.size());
-  points_.push_back(middle);
+  const std::uint32_t m = add_point(middle, ring.is_inside() ? inside : ring.is_flat() ? on_side : on_edge);
   for (const std::uint32_t t : ring.tetrahedra)
     for (const std::uint32_t end : {u, v}) {
       Float128 p = tetrahedra_[t].point;
       p[static_cast<std::size_t>(tetrahedra_[t].place_of(end))] = m;
       const double now = shape(p);
       if (now <= 0 || now < std::min(least, tetrahedra_[t].shape / 2)) {
-        points_.pop_back();
+        drop_last_point();
         return none;
       }
     }
-  kind_.push_back(ring.is_inside() ? inside : ring.is_flat() ? on_side : on_edge);
-  star_.emplace_back();
   replace_with_middle(ring, u, v, m);
   return m;
 }
@@ -408,8 +441,7 @@ bool Editor::split_better(std::uint32_t u, std::uint32_t v) {
       for (std::size_t k = 0; k < 3; ++k)
         centre[k] += points_[p][k] / static_cast<double>(4 * ring.tetrahedra.size());
   }
-  const auto m = static_cast<std::uint32_t>(points_.size());
-  points_.push_back(centre);
+  const std::uint32_t m = add_point(centre, inside);
   double best = before;
   Point best_place{};
   for (const double share : {0.0, 0.5, 1.0}) {
@@ -428,12 +460,10 @@ bool Editor::split_better(std::uint32_t u, std::uint32_t v) {
     }
   }
   if (best <= before || best <= 0) {
-    points_.pop_back();
+    drop_last_point();
     return false;
   }
   points_[m] = best_place;
-  kind_.push_back(inside);
-  star_.emplace_back();
   replace_with_middle(ring, u, v, m);
   return true;
 }
@@ -657,12 +687,12 @@ bool Editor::nudge(std::uint32_t p, const Point& to) {
     points_[p] = from;
     return false;
   }
-  for (std::size_t i = 0; i < shapes.size(); ++i) tetrahedra_[star_[p][i]].shape = shapes[i];
+  move(p, to);
   return true;
 }
 
 bool Editor::smooth(std::uint32_t p) {
-  if (kind_[p] == corner || star_[p].empty()) return false;
+  if (kind_[p] == corner || star_[p].empty() || changed_[p] < settled_[p]) return false;
   const double before = worst_at(p);
   std::vector<std::uint32_t> towards;
   if (kind_[p] == inside) {
@@ -705,9 +735,11 @@ bool Editor::smooth(std::uint32_t p) {
   if (!found && before < 0.35)
     for (const std::uint32_t q : towards)
       for (const double share : {0.15, -0.15}) go_to(points_[q], share);
-  if (!found) return false;
-  points_[p] = best_place;
-  for (const std::uint32_t t : star_[p]) tetrahedra_[t].shape = shape(tetrahedra_[t].point);
+  if (!found) {
+    settled_[p] = clock_++;
+    return false;
+  }
+  move(p, best_place);
   return true;
 }
 

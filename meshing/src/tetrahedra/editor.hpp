@@ -66,6 +66,10 @@ class Editor {
   /// Moves a point of any kind if fewer tetrahedra are flat or turned over then, and none is that was not.
   bool nudge(std::uint32_t p, const Point& to);
 
+  /// Rises with every change; and when something around a point has changed for the last time.
+  [[nodiscard]] std::uint64_t clock() const { return clock_; }
+  [[nodiscard]] std::uint64_t changed_at(std::uint32_t p) const { return changed_[p]; }
+
   // Mending: after each of these steps fewer tetrahedra are flat or turned over, or by less, and none is by
   // more than those that have gone. They may change what touches what, where it is closer than `most`.
 
@@ -128,6 +132,11 @@ class Editor {
   std::vector<Tetrahedron> tetrahedra_;
   std::vector<std::uint32_t> free_;
   std::vector<std::vector<std::uint32_t>> star_;
+  std::uint64_t clock_ = 1;
+  std::vector<std::uint64_t> changed_;       // by point, as clock_ was
+  std::vector<std::uint64_t> settled_;       // by point: when it was smoothed in vain
+  mutable std::vector<std::uint32_t> seen_;  // by point: the call of `neighbours` that has seen it
+  mutable std::uint32_t call_ = 0;
 
   [[nodiscard]] Kind find_kind(std::uint32_t p) const;
   [[nodiscard]] Ring ring_of(std::uint32_t u, std::uint32_t v) const;
@@ -141,6 +150,9 @@ class Editor {
   bool arcs_of(std::uint32_t u, std::uint32_t v, const Ring& ring, std::vector<Arc>& arcs) const;
   [[nodiscard]] bool is_new(const Arc& arc) const;
   double fill(Arc& arc, std::uint32_t u, std::uint32_t v, double enough) const;
+  std::uint32_t add_point(const Point& x, Kind kind);
+  void drop_last_point();
+  void move(std::uint32_t p, const Point& to);
   std::uint32_t add(const std::array<std::uint32_t, 4>& points, const std::array<std::int32_t, 4>& sides,
                     std::int32_t part);
   void remove(std::uint32_t t);

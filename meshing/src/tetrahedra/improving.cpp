@@ -51,8 +51,9 @@ class Shaping {
   const ShapeOptions& options_;
   Editor editor_;
   ShapeReport report_;
-  std::vector<double> moved_;   // how far what has become this point was moved, at most
-  std::vector<double> wanted_;  // length of edges at each point
+  std::vector<double> moved_;  // how far what has become this point was moved, at most
+  std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
+  std::vector<double> wanted_;                         // length of edges at each point
 
   [[nodiscard]] std::uint64_t turned() const {
     std::uint64_t count = 0;
@@ -354,10 +355,23 @@ class Shaping {
     std::uint64_t count = 0;
     for (const auto& [shape, t] : worst) {
       Interruption::check();
-      if (!editor_.at(t).is_gone() && editor_.at(t).shape == shape && improve_one(t, with_new_points))
+      if (editor_.at(t).is_gone() || editor_.at(t).shape != shape || is_settled(t, with_new_points)) continue;
+      if (improve_one(t, with_new_points))
         ++count;
+      else
+        tried_[t] = {editor_.clock(), with_new_points};
     }
     return count;
+  }
+
+  /// Whether it was tried in vain, and nothing around it has changed since.
+  bool is_settled(std::uint32_t t, bool with_new_points) {
+    if (tried_.size() < editor_.size()) tried_.resize(editor_.size());
+    const auto& [clock, with] = tried_[t];
+    const auto& points = editor_.at(t).point;
+    return with >= with_new_points && std::all_of(points.begin(), points.end(), [&, when = clock](auto p) {
+             return editor_.changed_at(p) < when;
+           });
   }
 
   bool improve_one(std::uint32_t t, bool with_new_points) {

@@ -250,10 +250,7 @@ bool Editor::hollow(std::uint32_t t) {
           for (std::size_t i = 0; i < 3; ++i) middle[i] += points_[p][i];
       }
     for (double& x : middle) x /= static_cast<double>(3 * faces.size());
-    const auto m = static_cast<std::uint32_t>(points_.size());
-    points_.push_back(middle);
-    kind_.push_back(inside);
-    star_.emplace_back();
+    const std::uint32_t m = add_point(middle, inside);
     const auto fill = [&](const Point& x) {
       points_[m] = x;
       change.added.clear();
@@ -264,9 +261,7 @@ bool Editor::hollow(std::uint32_t t) {
       return is_better(change, Gain::less) && apply(change);
     };
     if (find_inside(faces, middle, fill)) return true;
-    points_.pop_back();
-    kind_.pop_back();
-    star_.pop_back();
+    drop_last_point();
     std::sort(next.begin(), next.end());
     next.erase(std::unique(next.begin(), next.end()), next.end());
     change.removed.insert(change.removed.end(), next.begin(), next.end());
@@ -388,10 +383,7 @@ bool Editor::cross_edges(std::uint32_t t, double most) {
       middle[i] = on_ab[i] + (on_cd[i] - on_ab[i]) / 2;
     }
     if (squared_distance(on_ab, on_cd) > most * most) continue;
-    const auto m = static_cast<std::uint32_t>(points_.size());
-    points_.push_back(middle);
-    kind_.push_back(inside);
-    star_.emplace_back();
+    const std::uint32_t m = add_point(middle, inside);
     Change change;
     change.removed.push_back(t);
     const auto hint_at = [&](std::uint32_t u, std::uint32_t v, std::uint32_t third, std::uint32_t opposite) {
@@ -406,9 +398,7 @@ bool Editor::cross_edges(std::uint32_t t, double most) {
     divide(change, a, b, m);
     divide(change, c, d, m);
     if (is_better(change, Gain::less) && apply(change)) return true;
-    points_.pop_back();
-    kind_.pop_back();
-    star_.pop_back();
+    drop_last_point();
   }
   return false;
 }

@@ -34,23 +34,17 @@ inline constexpr double hardly_turned = -1e-7;
 inline double shape_of(const Point& a, const Point& b, const Point& c, const Point& d) {
   const std::array<Point, 4> n = normals_of(a, b, c, d);
   const double six_volumes = -dot(n[3], d - a);
-  std::array<double, 4> length;
-  for (int i = 0; i < 4; ++i) length[i] = std::sqrt(dot(n[i], n[i]));
+  const double ab = squared_distance(a, b), ac = squared_distance(a, c), ad = squared_distance(a, d);
+  std::array<double, 4> w;  // one over the squares of areas
+  for (std::size_t i = 0; i < 4; ++i) w[i] = 1 / dot(n[i], n[i]);
   // sin = 3/2 V l / (A A'), over the edge in which two faces meet.
-  const std::array<const Point*, 4> p{&a, &b, &c, &d};
-  double least = 1;
-  for (int i = 0; i < 4; ++i)
-    for (int k = i + 1; k < 4; ++k) {
-      int e = 0;
-      while (e == i || e == k) ++e;
-      const int f = 6 - i - k - e;
-      const double areas = length[i] * length[k];
-      const double sine =
-          areas > 0 ? std::fabs(six_volumes) * std::sqrt(squared_distance(*p[e], *p[f])) / areas : 0;
-      least = std::min(least, sine);
-    }
-  const double edges = squared_distance(a, b) * squared_distance(a, c) * squared_distance(a, d);
-  if (least > 1e-6 && six_volumes * six_volumes > 1e-26 * edges) return six_volumes > 0 ? least : -least;
+  const double most =
+      std::min({ab * w[2] * w[3], ac * w[1] * w[3], ad * w[1] * w[2], squared_distance(b, c) * w[0] * w[3],
+                squared_distance(b, d) * w[0] * w[2], squared_distance(c, d) * w[0] * w[1]});
+  const double square = six_volumes * six_volumes;
+  const bool is_degenerate = !(most * square > 0);  // or an area is nothing
+  const double least = is_degenerate ? 0 : std::min(1.0, std::sqrt(most * square));
+  if (least > 1e-6 && square > 1e-26 * (ab * ac * ad)) return six_volumes > 0 ? least : -least;
   const int sign = orientation(a, b, c, d);
   return sign > 0 ? std::max(least, 1e-300) : sign == 0 ? 0 : -std::max(least, 1e-300);
 }
