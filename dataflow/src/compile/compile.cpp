@@ -479,6 +479,9 @@ class Compiler {
               placed[k]->moved = FacetCorners(network.table, facets_of(i), tolerance_in(network)).moved();
           }
         });
+    // What lies between hyperplanes that merging has moved apart has one answer of all meshes.
+    const bool are_exact = std::ranges::all_of(placed, [](const auto& mesh) { return mesh->is_exact; });
+    for (auto& mesh : placed) mesh->is_exact = are_exact;
     network.meshes.reserve(placed.size());
     for (auto& mesh : placed) network.meshes.push_back(std::move(*mesh));
   }

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "bsp2/geometry/support/module.hpp"
+#include "pixels/png.hpp"
 #include "render/cairo_module.hpp"
-#include "render/png.hpp"
 
 namespace bsp2::supersteps {
 namespace {

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
+#include "pixels/colour.hpp"
 #include "render/camera.hpp"
-#include "render/colour.hpp"
 
 namespace bsp2::supersteps {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "pixels/colour.hpp"
 #include "render/camera.hpp"
-#include "render/colour.hpp"
 
 namespace bsp2::supersteps {
 

@@ -11,7 +11,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
-#include "render/png.hpp"
+#include "pixels/png.hpp"
 #include "render/round_faces.hpp"
 #include "supersteps/images.hpp"
 

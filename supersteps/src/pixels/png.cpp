@@ -1,4 +1,4 @@
-#include "render/png.hpp"
+#include "pixels/png.hpp"
 
 #include <zlib.h>
 
