@@ -1,3 +1,5 @@
+#include "csg/csg_construct_nodes.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -5,7 +7,14 @@
 #include "csg/csg_primitive_nodes.hpp"
 
 namespace bsp2::model {
-namespace {
+
+std::optional<Construct> read_hull(const Arguments&, const Warn&) { return Hull{}; }
+std::optional<Construct> read_minkowski(const Arguments&, const Warn&) { return MinkowskiSum{}; }
+std::optional<Construct> read_fill(const Arguments&, const Warn&) { return Fill{}; }
+
+std::optional<Construct> read_projection(const Arguments& arguments, const Warn&) {
+  return Projection{arguments.flag("cut", 0)};
+}
 
 std::optional<Construct> read_linear_extrude(const Arguments& arguments, const Warn& warn) {
   LinearExtrusion extrusion;
@@ -50,7 +59,7 @@ std::optional<Construct> read_rotate_extrude(const Arguments& arguments, const W
   return std::nullopt;
 }
 
-Construct read_offset(const Arguments& arguments) {
+std::optional<Construct> read_offset(const Arguments& arguments, const Warn&) {
   Offset offset{.distance = 1};  // if no number says another
   offset.resolution = resolution_of(arguments);
   if (const Value* r = arguments.find("r", 0); r && r->kind == Value::number) {
@@ -64,7 +73,7 @@ Construct read_offset(const Arguments& arguments) {
   return offset;
 }
 
-Construct read_roof(const Arguments& arguments, const Warn& warn) {
+std::optional<Construct> read_roof(const Arguments& arguments, const Warn& warn) {
   Roof roof;
   roof.resolution = resolution_of(arguments);
   const std::string method = arguments.string("method", 0, "voronoi");
@@ -75,7 +84,7 @@ Construct read_roof(const Arguments& arguments, const Warn& warn) {
   return roof;
 }
 
-Construct read_resize(const Arguments& arguments) {
+std::optional<Construct> read_resize(const Arguments& arguments, const Warn&) {
   Resize resize;
   read_numbers(arguments.find("newsize", 0), resize.size);
   std::array<double, 3> automatic{};
@@ -87,59 +96,6 @@ Construct read_resize(const Arguments& arguments) {
     if (!std::isfinite(resize.size[i])) resize.size[i] = 0;
   }
   return resize;
-}
-
-}  // namespace
-
-std::optional<Construct> read_construct(NodeKind kind, const Arguments& arguments, const Warn& warn) {
-  switch (kind) {
-    case NodeKind::hull:
-      return Hull{};
-    case NodeKind::minkowski:
-      return MinkowskiSum{};
-    case NodeKind::fill:
-      return Fill{};
-    case NodeKind::offset:
-      return read_offset(arguments);
-    case NodeKind::projection:
-      return Projection{arguments.flag("cut", 0)};
-    case NodeKind::resize:
-      return read_resize(arguments);
-    case NodeKind::linear_extrude:
-      return read_linear_extrude(arguments, warn);
-    case NodeKind::roof:
-      return read_roof(arguments, warn);
-    default:
-      return read_rotate_extrude(arguments, warn);
-  }
-}
-
-int operand_dimension(NodeKind kind) {
-  switch (kind) {
-    case NodeKind::offset:
-    case NodeKind::fill:
-    case NodeKind::linear_extrude:
-    case NodeKind::rotate_extrude:
-    case NodeKind::roof:
-      return 2;
-    case NodeKind::projection:
-      return 3;
-    default:
-      return 0;
-  }
-}
-
-std::string advice_for_dimension(NodeKind kind) {
-  switch (kind) {
-    case NodeKind::offset:
-      return "; grow and shrink take any dimension";
-    case NodeKind::linear_extrude:
-      return "; extrude takes any dimension";
-    case NodeKind::projection:
-      return "; project and section take any dimension";
-    default:
-      return "; extrude, embed, project and section change the dimension";
-  }
 }
 
 }  // namespace bsp2::model

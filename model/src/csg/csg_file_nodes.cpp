@@ -68,8 +68,8 @@ Expression pooled_solids(std::vector<SolidPart> parts, NodePool& pool) {
 
 }  // namespace
 
-Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
-                       const Warn& warn, const Warn& note) {
+Expression make_import(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   const std::filesystem::path path = file_of("import", arguments, folder);
   const std::string kind = lower_ending(path);
   if (kind == ".dxf") {
@@ -99,8 +99,8 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   return pooled_solids(solids_of_file(path, read_fineness(arguments), {warn, note}), pool);
 }
 
-Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
-                        const Warn& warn) {
+Expression make_surface(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   const auto [mesh, unit] = import_surface(file_of("surface", arguments, folder), arguments.flag("center", 1),
                                            arguments.flag("invert", 2));
   if (std::optional<TriangleMesh> closed = closed_mesh(mesh.points, mesh.faces)) {

@@ -8,68 +8,65 @@
 
 #include "bsp2/model/expression/suggestion.hpp"
 #include "builder/matrix.hpp"
-#include "csg/csg_nd_nodes.hpp"
+#include "csg/csg_construct_nodes.hpp"
 #include "csg/csg_primitive_nodes.hpp"
-#include "csg/csg_spline_nodes.hpp"
 #include "text/colour_names.hpp"
 
 namespace bsp2::model {
 namespace {
 
-constexpr std::pair<std::string_view, NodeKind> kinds[] = {
-    {"group", NodeKind::group},
-    {"union", NodeKind::group},
-    {"color", NodeKind::color},
-    {"render", NodeKind::group},
-    {"multmatrix", NodeKind::multmatrix},
-    {"cube", NodeKind::cube},
-    {"cylinder", NodeKind::cylinder},
-    {"difference", NodeKind::difference},
-    {"intersection", NodeKind::intersection},
-    {"sphere", NodeKind::sphere},
-    {"polyhedron", NodeKind::polyhedron},
-    {"square", NodeKind::square},
-    {"circle", NodeKind::circle},
-    {"polygon", NodeKind::polygon},
-    {"text", NodeKind::text},
-    {"import", NodeKind::import},
-    {"surface", NodeKind::surface},
-    {"linear_extrude", NodeKind::linear_extrude},
-    {"rotate_extrude", NodeKind::rotate_extrude},
-    {"roof", NodeKind::roof},
-    {"hull", NodeKind::hull},
-    {"minkowski", NodeKind::minkowski},
-    {"offset", NodeKind::offset},
-    {"projection", NodeKind::projection},
-    {"resize", NodeKind::resize},
-    {"fill", NodeKind::fill},
-    {"intersection_for", NodeKind::intersection},
-    {"echo", NodeKind::group},
-    {"complement", NodeKind::complement},
-    {"symmetric_difference", NodeKind::symmetric_difference},
-    {"part", NodeKind::part},
-    {"measure", NodeKind::measure},
-    {"product", NodeKind::product},
-    {"extrude", NodeKind::extrude},
-    {"embed", NodeKind::embed},
-    {"project", NodeKind::project},
-    {"section", NodeKind::section},
-    {"projective", NodeKind::projective},
-    {"grow", NodeKind::grow},
-    {"shrink", NodeKind::shrink},
-    {"sweep", NodeKind::sweep},
-    {"simplex", NodeKind::simplex},
-    {"polytope", NodeKind::polytope},
-    {"cuboid", NodeKind::cuboid},
-    {"ball", NodeKind::ball},
-    {"d_cylinder", NodeKind::d_cylinder},
-    {"cone", NodeKind::cone},
-    {"torus", NodeKind::torus},
-    {"bezier", NodeKind::bezier},
-    {"bspline", NodeKind::bspline},
-    {"nurbs", NodeKind::nurbs},
-    {"subdivision", NodeKind::subdivision},
+using enum NodeCategory;
+using Kind = NodeKind;
+
+/// OpenSCAD's nodes.
+constexpr NodeRow openscad_nodes[] = {
+    {"group", group},
+    {"union", group},
+    {"render", group},
+    {"echo", group},
+    {"color", colour},
+    {"multmatrix", map},
+    {"difference", boolean, Operation::subtract},
+    {"intersection", boolean, Operation::intersect},
+    {"intersection_for", boolean, Operation::intersect},
+    {"hull", construct, read_hull, {}, Kind::hull},
+    {"minkowski", construct, read_minkowski, {}, Kind::minkowski},
+    {"fill", construct, read_fill, {}, {}, 2},
+    {"offset", construct, read_offset, {}, Kind::offset, 2, 2, "; grow and shrink take any dimension"},
+    {"projection",
+     construct,
+     read_projection,
+     {},
+     Kind::projection,
+     3,
+     2,
+     "; project and section take any dimension"},
+    {"resize", construct, read_resize},
+    {"linear_extrude", construct, read_linear_extrude, {}, {}, 2, 3, "; extrude takes any dimension"},
+    {"rotate_extrude", construct, read_rotate_extrude, {}, {}, 2, 3},
+    {"roof", construct, read_roof, {}, {}, 2, 3},
+    {"cube", primitive, make_cube},
+    {"sphere", primitive, make_sphere},
+    {"cylinder", primitive, make_cylinder},
+    {"polyhedron", primitive, make_polyhedron, {}, Kind::polyhedron},
+    {"square", primitive, make_square},
+    {"circle", primitive, make_circle},
+    {"polygon", primitive, make_polygon},
+    {"text", primitive, make_text, {}, Kind::text},
+    {"import", primitive, make_import, {}, Kind::import},
+    {"surface", primitive, make_surface, {}, Kind::surface},
 };
+static_assert(std::ranges::all_of(openscad_nodes, &NodeRow::is_sound));
+
+constexpr NodeRow no_node{};
+
+/// Calls use(row) for all nodes until it says true.
+template <typename Use>
+void for_each_node(const Use& use) {
+  for (const auto rows : {std::span<const NodeRow>(openscad_nodes), nodes_of_any_dimension(), spline_nodes()})
+    for (const NodeRow& row : rows)
+      if (use(row)) return;
+}
 
 constexpr std::string_view source_words[] = {"translate", "rotate",  "scale",    "mirror", "module",
                                              "function",  "for",     "if",       "else",   "let",
@@ -88,50 +85,30 @@ bool is_source_at(std::string_view text, std::size_t offset, std::string_view no
          std::string_view("=+-*/%^:?<>").find(text[offset]) != std::string_view::npos;
 }
 
-NodeKind node_kind(std::string_view name) {
-  for (const auto& [known, kind] : kinds)
-    if (known == name) return kind;
-  return NodeKind::unknown;
+const NodeRow& node_named(std::string_view name) {
+  const NodeRow* found = &no_node;
+  for_each_node([&](const NodeRow& row) {
+    if (row.name == name) found = &row;
+    return row.name == name;
+  });
+  return *found;
 }
 
 std::string why_not(std::string_view name) {
   const std::string quoted = "'" + std::string(name.substr(0, 60)) + "'";
   if (contains(source_words, name)) return quoted + " is no node of a .csg file" + std::string(source_hint);
   std::vector<std::string_view> names;
-  for (const auto& entry : kinds) names.push_back(entry.first);
+  for_each_node([&](const NodeRow& row) {
+    names.push_back(row.name);
+    return false;
+  });
   return "there is no node " + quoted + suggestion(name.substr(0, 60), names);
 }
 
-Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder,
-                          const CsgOptions& options, NodePool& pool, const Warn& warn, const Warn& note) {
-  if (kind >= NodeKind::simplex) return make_any_primitive(kind, arguments, pool);
-  switch (kind) {
-    case NodeKind::cube:
-      return make_cube(arguments, pool, warn);
-    case NodeKind::sphere:
-      return make_sphere(arguments, options, pool, warn);
-    case NodeKind::cylinder:
-      return make_cylinder(arguments, options, pool, warn);
-    case NodeKind::square:
-      return make_square(arguments, pool, warn);
-    case NodeKind::circle:
-      return make_circle(arguments, options, pool, warn);
-    case NodeKind::polygon:
-      return make_polygon(arguments, pool, warn);
-    case NodeKind::text:
-      return make_text(arguments, pool, warn);
-    case NodeKind::import:
-      return make_import(arguments, folder, pool, warn, note);
-    case NodeKind::surface:
-      return make_surface(arguments, folder, pool, warn);
-    case NodeKind::bezier:
-    case NodeKind::bspline:
-    case NodeKind::nurbs:
-    case NodeKind::subdivision:
-      return make_spline_node(kind, arguments, pool);
-    default:
-      return make_polyhedron(arguments, pool, warn);
-  }
+Expression make_primitive(const NodeRow& row, const PrimitiveText& text) {
+  if (const auto* read = std::get_if<ReadPrimitive>(&row.read)) return (*read)(text);
+  const StrictArguments arguments(row.name, *row.arguments, text.arguments);
+  return text.pool.adopt(std::get<ReadOwnPrimitive>(row.read)(arguments));
 }
 
 std::array<double, 16> read_matrix(const Arguments& arguments) {
@@ -144,6 +121,21 @@ std::array<double, 16> read_matrix(const Arguments& arguments) {
       const Value* entry = row + 1;
       for (std::uint32_t j = 0; j < std::min(row->size, 4u); entry += entry->span, ++j)
         if (entry->kind == Value::number) matrix[i * 4 + j] = entry->as_number;
+    }
+  }
+  return matrix;
+}
+
+std::vector<double> read_square_matrix(const Arguments& arguments) {
+  const Value* rows = arguments.find("m", 0);
+  if (!rows || rows->kind != Value::vector || rows->size == 3 || rows->size == 4) return {};
+  std::vector<double> matrix;
+  const Value* row = rows + 1;
+  for (std::uint32_t i = 0; i < rows->size; row += row->span, ++i) {
+    if (row->kind != Value::vector || row->size != rows->size || row->span != row->size + 1) return {};
+    for (std::uint32_t j = 1; j <= row->size; ++j) {
+      if (row[j].kind != Value::number) return {};
+      matrix.push_back(row[j].as_number);
     }
   }
   return matrix;

@@ -49,7 +49,8 @@ Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, cons
   return pool.boolean(polygon.disjoint ? Operation::unite : Operation::symmetric_difference, 2, pieces, true);
 }
 
-Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_square(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   double x = 1, y = 1;
   if (const Value* size = arguments.find("size", 0)) {
     if (size->kind == Value::number) {
@@ -74,8 +75,8 @@ Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& w
   return pool.transform({1, 0, -x / 2, 0, 1, -y / 2, 0, 0, 1}, square);
 }
 
-Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
-                       const Warn& warn) {
+Expression make_circle(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   const double radius = radius_of(arguments, "r", "d", 0, 1);
   if (!std::isfinite(radius) || radius <= 0) {
     if (radius != 0) warn("this circle is empty: its radius is " + text_of(radius));
@@ -86,7 +87,8 @@ Expression make_circle(const Arguments& arguments, const CsgOptions& options, No
   return pool.primitive(RegularPolygon{checked_sides(radius, arguments, false), radius}, 2);
 }
 
-Expression make_polygon(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_polygon(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   const Value* list = arguments.find("points", 0);
   std::vector<Point3> points;
   if (!list || list->kind != Value::vector || !read_points(list, 2, points)) {
@@ -100,7 +102,8 @@ Expression make_polygon(const Arguments& arguments, NodePool& pool, const Warn& 
   return pooled_polygon(plane, paths, pool);
 }
 
-Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_text(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   TextStyle style;
   style.size = arguments.number("size", 1, 10);
   style.spacing = arguments.number("spacing", -1, 1);

@@ -10,25 +10,18 @@
 /// The primitives of the language, one function a node, and what they share. Errors have no position.
 namespace bsp2::model {
 
-Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& warn);
-Expression make_sphere(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
-                       const Warn& warn);
-Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
-                         const Warn& warn);
-Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const Warn& warn);
+Expression make_cube(const PrimitiveText& from);
+Expression make_sphere(const PrimitiveText& from);
+Expression make_cylinder(const PrimitiveText& from);
+Expression make_polyhedron(const PrimitiveText& from);
 
-Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& warn);
-Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
-                       const Warn& warn);
-Expression make_polygon(const Arguments& arguments, NodePool& pool, const Warn& warn);
-Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& warn);
+Expression make_square(const PrimitiveText& from);
+Expression make_circle(const PrimitiveText& from);
+Expression make_polygon(const PrimitiveText& from);
+Expression make_text(const PrimitiveText& from);
 
-/// @param folder what the names of files are relative to.
-/// @param note is told what is right and good to know, such as the units of a file.
-Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
-                       const Warn& warn, const Warn& note);
-Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
-                        const Warn& warn);
+Expression make_import(const PrimitiveText& from);
+Expression make_surface(const PrimitiveText& from);
 
 /// The points inside an odd number of the paths.
 Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, const FaceCycles& paths,

@@ -12,9 +12,8 @@
 #include "builder/matrix.hpp"
 #include "builder/node_pool.hpp"
 #include "builder/polyhedron.hpp"
-#include "csg/csg_nd_nodes.hpp"
 #include "csg/csg_nodes.hpp"
-#include "csg/csg_spline_nodes.hpp"
+#include "csg/csg_primitive_nodes.hpp"
 #include "text/csg_scanner.hpp"
 
 namespace bsp2::model {
@@ -52,7 +51,7 @@ class Reader {
   enum class Absence : std::uint8_t { none, background, disabled };  // -, under %, under *
 
   struct Frame {
-    NodeKind kind = NodeKind::group;
+    const NodeRow* row = nullptr;
     Absence absence = Absence::none;
     bool is_root = false;    ///< tagged by !
     bool vanishes = false;   ///< a construct that leaves nothing
@@ -63,6 +62,10 @@ class Reader {
     std::size_t first_operand = 0;  ///< its children's solids are operands_[first_operand..]
     std::size_t first_place = 0;    ///< and their primitives stand at places_[first_place..]
     std::size_t problem = none;     ///< index of the first problem in them
+    [[nodiscard]] bool is(NodeKind kind) const { return row->kind == kind; }
+    [[nodiscard]] bool is_construct() const { return row->category == NodeCategory::construct; }
+    /// Of OpenSCAD's: from the plane to space, or of a drawing that it names.
+    [[nodiscard]] bool is_extrusion() const { return is_construct() && row->result == 3; }
   };
 
   static constexpr std::size_t none = ~std::size_t{0};
@@ -79,13 +82,16 @@ class Reader {
   const Expression* known_polyhedron();
   Expression primitive_of(const Frame& frame, const Arguments& arguments);
   void interpret(Frame& frame);
+  void interpret_construct(Frame& frame, const Arguments& arguments);
+  void interpret_primitive(const Frame& frame, const Arguments& arguments);
   void close();
   void close_frame();
   void complete(const Frame& frame, Expression solid);
   int settle_dimension(Frame& frame);
   void forget_places(std::size_t operand);
   Expression solid_of(Frame& frame);
-  Expression any_node_of(Frame& frame);
+  Expression own_node_of(Frame& frame);
+  Expression coloured(const Expression& child);
   Expression image_of(Frame& frame, const Expression& child);
   Expression construction_of(const Frame& frame, int dimension, std::span<const Expression> operands);
   [[nodiscard]] SyntaxError nothing_left() const;
@@ -98,24 +104,23 @@ class Reader {
     problems_.push_back({frame.offset, std::move(text)});
   }
   void warn(const Frame& frame, std::string text) {
-    if (is_outside(frame.kind) && is_told(warnings_, text)) return;
+    if (is_outside(frame) && is_told(warnings_, text)) return;
     if (warnings_.size() < most_warnings)
       warnings_.push_back({{frame.offset, std::move(text)}});
     else
       ++warnings_left_out_;
+  }
+  Warn warner(const Frame& frame) {
+    return [this, &frame](std::string text) { warn(frame, std::move(text)); };
   }
   void remark(const Frame& frame, std::string text) {
     if (!is_told(notes_, text) && notes_.size() < most_warnings)
       notes_.push_back({{frame.offset, std::move(text)}});
   }
   /// What it is like is said by a font or a file, in the same words at each place.
-  static bool is_outside(NodeKind kind) {
-    return kind == NodeKind::text || kind == NodeKind::import || kind == NodeKind::surface ||
-           is_extrusion(kind);
-  }
-  static bool is_construct(NodeKind kind) { return kind >= NodeKind::hull && kind < NodeKind::cube; }
-  static bool is_extrusion(NodeKind kind) {
-    return kind == NodeKind::linear_extrude || kind == NodeKind::rotate_extrude || kind == NodeKind::roof;
+  static bool is_outside(const Frame& frame) {
+    return frame.is(NodeKind::text) || frame.is(NodeKind::import) || frame.is(NodeKind::surface) ||
+           frame.is_extrusion();
   }
   static bool is_mesh(const Expression& solid) {
     const auto* shape = std::get_if<Primitive>(&solid.node().value);
@@ -151,7 +156,7 @@ class Reader {
   std::string_view reading_;  // the name of the last node that was begun
   LineFinder lines_;
   NodePool pool_;
-  std::vector<Frame> frames_{Frame{.name = "the file"}};  // which is a group
+  std::vector<Frame> frames_{Frame{.row = &node_named("group"), .name = "the file"}};
   std::vector<Expression> operands_;
   std::vector<std::size_t> operand_places_;  // of each operand: its first place
   std::vector<std::size_t> places_;          // of the primitives that take part, in source order
@@ -162,9 +167,9 @@ class Reader {
     std::optional<double> volume_scale{};  // once it was asked for
   };
   std::vector<MatrixText> matrices_;            // of the multmatrix frames
-  std::vector<NdNode> nd_nodes_;                // of the frames of nodes that OpenSCAD does not have
+  std::vector<MakeOwn> own_nodes_;              // of the frames of nodes that OpenSCAD does not have
   std::vector<std::optional<Colour>> colours_;  // of the color frames
-  std::vector<Construct> constructs_;           // of the frames from hull to roof
+  std::vector<Construct> constructs_;           // of the frames of constructs that OpenSCAD has
   std::vector<SyntaxError> problems_;
   std::vector<Remark> warnings_, notes_;
   std::vector<Model::Mesh> meshes_;
@@ -241,7 +246,7 @@ void Reader::modifiers(Frame& frame) {
 Reader::Frame Reader::header() {
   const Frame& parent = frames_.back();
   Frame frame;
-  const bool transparent = parent.kind < NodeKind::cube;
+  const bool transparent = parent.row->takes_children();
   frame.absence = parent.absence == Absence::none && !transparent ? Absence::background : parent.absence;
   if (root_tagged_ && frame.absence == Absence::none && root_.is_root) frame.absence = Absence::background;
   modifiers(frame);
@@ -249,12 +254,12 @@ Reader::Frame Reader::header() {
   frame.name = scanner_.identifier();
   if (frame.name.empty()) scanner_.fail("expected a node, found " + scanner_.here());
   reading_ = frame.name;
-  frame.kind = node_kind(frame.name);
-  frame.is_own = is_any_node(frame.kind) || is_spline_node(frame.kind);
+  frame.row = &node_named(frame.name);
+  frame.is_own = frame.row->is_own();
   frame.first_operand = operands_.size();
   frame.first_place = places_.size();
   arguments_.clear();
-  known_ = frame.kind == NodeKind::polyhedron ? known_polyhedron() : nullptr;
+  known_ = frame.is(NodeKind::polyhedron) ? known_polyhedron() : nullptr;
   if (known_ == nullptr) scanner_.arguments(arguments_, tape_);
   return frame;
 }
@@ -274,65 +279,67 @@ const Expression* Reader::known_polyhedron() {
 void Reader::interpret(Frame& frame) {
   if (frame.absence != Absence::none) return;
   const Arguments arguments(arguments_, tape_);
-  const auto warn = [&](std::string text) { this->warn(frame, std::move(text)); };
-  switch (frame.kind) {
-    case NodeKind::unknown:
-      note(frame, why_not(frame.name));
-      break;
-    case NodeKind::multmatrix:
-      matrices_.push_back({read_matrix(arguments), read_square_matrix(arguments)});
-      break;
-    case NodeKind::color:
-      colours_.push_back(read_colour(arguments, warn));
-      break;
-    case NodeKind::group:
-    case NodeKind::difference:
-    case NodeKind::intersection:
-      break;
-    default: {
-      if (is_any_node(frame.kind) && frame.kind < NodeKind::cube) {
-        nd_nodes_.emplace_back();
-        try {
-          nd_nodes_.back() = read_nd_node(frame.kind, arguments);
-        } catch (const Error& error) {
-          note(frame, error.what());
-        }
+  try {
+    switch (frame.row->category) {
+      case NodeCategory::group:
+      case NodeCategory::boolean:
         break;
-      }
-      const std::size_t constructs = constructs_.size();
-      try {
-        if (is_construct(frame.kind)) {
-          const auto construct = read_construct(frame.kind, arguments, warn);
-          frame.vanishes = !construct;
-          constructs_.push_back(construct.value_or(Hull{}));
-          if (!is_extrusion(frame.kind) || !arguments.find("file")) break;
-        }
-        Expression made = primitive_of(frame, arguments);
-        if (!only_points_count(frame, true)) remember_meshes(frame, arguments, made);
-        operands_.push_back(std::move(made));
-        operand_places_.push_back(places_.size());
-        if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
-      } catch (const Error& error) {
-        if (is_construct(frame.kind) && constructs_.size() == constructs) constructs_.emplace_back();
-        note(frame, error.what());
-      }
+      case NodeCategory::colour:
+        colours_.push_back(read_colour(arguments, warner(frame)));
+        break;
+      case NodeCategory::map:
+        matrices_.push_back({read_matrix(arguments), read_square_matrix(arguments)});
+        break;
+      case NodeCategory::operation:
+      case NodeCategory::construct:
+        interpret_construct(frame, arguments);
+        break;
+      case NodeCategory::primitive:
+        interpret_primitive(frame, arguments);
+        break;
+      case NodeCategory::unknown:
+        note(frame, why_not(frame.name));
+        break;
     }
+  } catch (const Error& error) {
+    note(frame, error.what());
   }
+}
+
+void Reader::interpret_construct(Frame& frame, const Arguments& arguments) {
+  if (const auto* read = std::get_if<ReadOwn>(&frame.row->read)) {
+    own_nodes_.emplace_back();
+    own_nodes_.back() = (*read)(StrictArguments(frame.name, *frame.row->arguments, arguments));
+    return;
+  }
+  constructs_.emplace_back();
+  const auto construct = std::get<ReadConstruct>(frame.row->read)(arguments, warner(frame));
+  frame.vanishes = !construct;
+  if (construct) constructs_.back() = *construct;
+  if (frame.is_extrusion() && arguments.find("file")) interpret_primitive(frame, arguments);
+}
+
+void Reader::interpret_primitive(const Frame& frame, const Arguments& arguments) {
+  Expression made = primitive_of(frame, arguments);
+  if (!only_points_count(frame, true)) remember_meshes(frame, arguments, made);
+  operands_.push_back(std::move(made));
+  operand_places_.push_back(places_.size());
+  if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
 }
 
 /// What a node without children is.
 Expression Reader::primitive_of(const Frame& frame, const Arguments& arguments) {
   if (known_ != nullptr) return *known_;
   bool is_sound = true;
-  const auto warn = [&](std::string text) {
+  const Warn warn = [&](std::string text) {
     is_sound = false;
     this->warn(frame, std::move(text));
   };
+  const Warn note = [&](std::string text) { remark(frame, std::move(text)); };
+  const PrimitiveText text{frame.name, arguments, folder_, options_, pool_, warn, note};
   try {
-    const auto note = [&](std::string text) { remark(frame, std::move(text)); };
-    Expression made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments,
-                                     folder_, options_, pool_, warn, note);
-    if (frame.kind == NodeKind::polyhedron && is_sound) {
+    Expression made = frame.is_construct() ? make_import(text) : make_primitive(*frame.row, text);
+    if (frame.is(NodeKind::polyhedron) && is_sound) {
       const std::size_t begin = frame.offset + frame.name.size();
       polyhedra_.emplace(text_.substr(begin, scanner_.offset() - begin), made);
     }
@@ -347,12 +354,10 @@ Expression Reader::primitive_of(const Frame& frame, const Arguments& arguments) 
 bool Reader::only_points_count(const Frame& frame, bool is_solid) const {
   bool is_root = frame.is_root;
   for (std::size_t i = frames_.size(); i-- > 0 && !is_root;) {
-    const NodeKind kind = frames_[i].kind;
-    if (kind == NodeKind::hull || (kind == NodeKind::minkowski && !is_solid)) return true;
-    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix &&
-        kind != NodeKind::minkowski)
-      return false;
-    is_root = frames_[i].is_root;
+    const Frame& around = frames_[i];
+    if (around.is(NodeKind::hull) || (around.is(NodeKind::minkowski) && !is_solid)) return true;
+    if (!around.row->only_unites() && !around.is(NodeKind::minkowski)) return false;
+    is_root = around.is_root;
   }
   return false;
 }
@@ -362,11 +367,10 @@ bool Reader::only_points_count(const Frame& frame, bool is_solid) const {
 bool Reader::flat_points_count(const Frame& frame) const {
   if (frame.is_root) return false;
   for (std::size_t i = frames_.size(); i-- > 0;) {
-    const NodeKind kind = frames_[i].kind;
-    if (kind == NodeKind::hull || kind == NodeKind::minkowski) return true;
-    if (kind == NodeKind::projection) return !std::get<Projection>(constructs_.back()).cut;
-    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix) return false;
-    if (frames_[i].is_root) return false;
+    const Frame& around = frames_[i];
+    if (around.is(NodeKind::hull) || around.is(NodeKind::minkowski)) return true;
+    if (around.is(NodeKind::projection)) return !std::get<Projection>(constructs_.back()).cut;
+    if (!around.row->only_unites() || around.is_root) return false;
   }
   return false;
 }
@@ -378,8 +382,8 @@ std::optional<double> Reader::scale_of_maps() {
   std::size_t matrix = matrices_.size();
   bool is_root = false;
   for (std::size_t i = frames_.size(); i-- > 0 && !is_root;) {
-    if (is_construct(frames_[i].kind)) return std::nullopt;
-    if (frames_[i].kind == NodeKind::multmatrix) {
+    if (frames_[i].is_construct()) return std::nullopt;
+    if (frames_[i].row->category == NodeCategory::map) {
       MatrixText& map = matrices_[--matrix];
       if (!map.volume_scale) map.volume_scale = volume_scale(map.affine);
       scale *= *map.volume_scale;
@@ -391,16 +395,16 @@ std::optional<double> Reader::scale_of_maps() {
 
 /// A polyhedron, or the parts of an import, with what there is to say of them should they overlap themselves.
 void Reader::remember_meshes(const Frame& frame, const Arguments& arguments, const Expression& made) {
-  if (frame.kind != NodeKind::polyhedron && frame.kind != NodeKind::import) return;
+  if (!frame.is(NodeKind::polyhedron) && !frame.is(NodeKind::import)) return;
   std::vector<Expression> open{made};  // united, named, coloured: no deeper than that
   while (!open.empty()) {
     const Expression at = std::move(open.back());
     open.pop_back();
     if (is_mesh(at))
-      meshes_.push_back({frame.offset,
-                         frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "")
-                                                        : std::filesystem::path(),
-                         at, frame.is_root ? 1 : scale_of_maps()});
+      meshes_.push_back(
+          {frame.offset,
+           frame.is(NodeKind::import) ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(),
+           at, frame.is_root ? 1 : scale_of_maps()});
     const auto children = at.node().children();
     open.insert(open.end(), children.rbegin(), children.rend());
   }
@@ -426,7 +430,7 @@ void Reader::read_node() {
   interpret(frame);
   scanner_.skip_space();
   const char c = scanner_.peek();
-  frame.is_bare = frame.kind < NodeKind::cube && scanner_.at_node();
+  frame.is_bare = frame.row->takes_children() && scanner_.at_node();
   if (c != ';' && c != '{' && !frame.is_bare)
     scanner_.fail("expected ';' or '{' after '" + std::string(frame.name.substr(0, 60)) + "(...)', found " +
                   scanner_.here());
@@ -440,17 +444,16 @@ void Reader::read_node() {
 /// dimensions than 2 and 3, so they are an error.
 int Reader::settle_dimension(Frame& frame) {
   const auto begin = operands_.begin() + static_cast<std::ptrdiff_t>(frame.first_operand);
-  int dimension = operand_dimension(frame.kind);
+  int dimension = frame.row->operands;
   for (auto at = begin; at != operands_.end() && dimension == 0; ++at) dimension = at->dimension();
   std::vector<std::size_t> dropped;
   for (auto at = begin; at != operands_.end(); ++at) {
     if (at->dimension() == 0 || at->dimension() == dimension) continue;
     const int other = at->dimension();
-    if (operand_dimension(frame.kind) != 0 &&
-        (other > 3 || other < 2 || (frame.kind == NodeKind::offset && frame.is_own)))
+    if (frame.row->operands != 0 && (other > 3 || other < 2 || (frame.is(NodeKind::offset) && frame.is_own)))
       note(frame, "'" + std::string(frame.name) + "' takes children of " +
                       counted(dimension, "# dimension[s], not of ") + std::to_string(other) +
-                      advice_for_dimension(frame.kind));
+                      std::string(frame.row->instead));
     else if ((other != 2 && other != 3) || (dimension != 2 && dimension != 3))
       note(frame, "'" + std::string(frame.name) + "' has children of " + std::to_string(dimension) +
                       " and of " +
@@ -475,44 +478,38 @@ void Reader::forget_places(std::size_t operand) {
 }
 
 Expression Reader::solid_of(Frame& frame) {
-  if (frame.kind >= NodeKind::cube && frame.kind < NodeKind::unknown)
+  if (!frame.row->takes_children())
     return operands_.size() > frame.first_operand ? operands_[frame.first_operand] : pool_.empty(0);
-  if (is_any_node(frame.kind)) return any_node_of(frame);
+  if (std::holds_alternative<ReadOwn>(frame.row->read)) return own_node_of(frame);
   const int dimension = settle_dimension(frame);
   const auto operands = std::span<const Expression>(operands_).subspan(frame.first_operand);
-  switch (frame.kind) {
-    case NodeKind::difference:
-      return pool_.boolean(Operation::subtract, dimension, operands);
-    case NodeKind::intersection:
-      return pool_.boolean(Operation::intersect, dimension, operands);
-    case NodeKind::color: {
-      const std::optional<Colour> colour = colours_.back();
-      colours_.pop_back();
-      const Expression child = pool_.boolean(Operation::unite, dimension, operands);
-      return colour ? pool_.coloured(*colour, child) : child;
-    }
-    case NodeKind::multmatrix: {
-      const Expression child = pool_.boolean(Operation::unite, dimension, operands);
-      const Expression image = image_of(frame, child);
-      matrices_.pop_back();
-      return image;
-    }
-    default:
-      if (is_construct(frame.kind)) return construction_of(frame, dimension, operands);
-      return pool_.boolean(Operation::unite, dimension, operands);
-  }
+  if (const auto* operation = std::get_if<Operation>(&frame.row->read))
+    return pool_.boolean(*operation, dimension, operands);
+  if (frame.is_construct()) return construction_of(frame, dimension, operands);
+  const Expression united = pool_.boolean(Operation::unite, dimension, operands);
+  if (frame.row->category == NodeCategory::colour) return coloured(united);
+  return frame.row->category == NodeCategory::map ? image_of(frame, united) : united;
+}
+
+/// What a color makes of its children.
+Expression Reader::coloured(const Expression& child) {
+  const std::optional<Colour> colour = colours_.back();
+  colours_.pop_back();
+  return colour ? pool_.coloured(*colour, child) : child;
 }
 
 /// What a multmatrix makes of its children.
 Expression Reader::image_of(Frame& frame, const Expression& child) {
+  MatrixText text = std::move(matrices_.back());
+  matrices_.pop_back();
   if (pool_.is_empty(child)) return child;
   const int dimension = child.dimension();
   std::vector<double> matrix;
   if (dimension == 2 || dimension == 3) {
-    matrix = matrix_of_dimension(matrices_.back().affine, dimension);
+    matrix = matrix_of_dimension(text.affine, dimension);
   } else {
     const auto stride = static_cast<std::size_t>(dimension) + 1;
-    matrix = matrices_.back().square;
+    matrix = std::move(text.square);
     if (matrix.size() != stride * stride) {
       note(frame, "multmatrix: its children have " +
                       counted(dimension, "# dimension[s], so its matrix has to be ") +
@@ -543,25 +540,25 @@ Expression Reader::image_of(Frame& frame, const Expression& child) {
 }
 
 /// What a node that OpenSCAD does not have makes of its children.
-Expression Reader::any_node_of(Frame& frame) {
-  const NdNode node = std::move(nd_nodes_.back());
-  nd_nodes_.pop_back();
+Expression Reader::own_node_of(Frame& frame) {
+  const MakeOwn make = std::move(own_nodes_.back());
+  own_nodes_.pop_back();
   if (frame.problem != none) return pool_.empty(0);
   try {
     std::vector<Expression> operands;
-    if (frame.kind == NodeKind::product) {
+    if (frame.is(NodeKind::product)) {
       for (std::size_t i = frame.first_operand; i < operands_.size(); ++i)
         if (operands_[i].dimension() != 0) operands.push_back(operands_[i]);
     } else {
       const int dimension = settle_dimension(frame);
       const auto children = std::span<const Expression>(operands_).subspan(frame.first_operand);
-      if (frame.kind == NodeKind::symmetric_difference)
+      if (frame.is(NodeKind::symmetric_difference))
         return pool_.boolean(Operation::symmetric_difference, dimension, children);
       if (dimension != 0) operands.push_back(pool_.boolean(Operation::unite, dimension, children));
     }
     if (frame.problem != none || operands.empty()) return pool_.empty(0);
-    const Expression made = make_nd_node(frame.kind, node, operands, pool_);
-    if (is_construct(frame.kind)) {
+    const Expression made = make(operands, pool_);
+    if (frame.is_construct()) {
       if (std::any_of(operands.begin(), operands.end(),
                       [&](const Expression& e) { return pool_.is_empty(e); }))
         return pool_.empty(made.dimension());
@@ -580,8 +577,8 @@ Expression Reader::any_node_of(Frame& frame) {
 Expression Reader::construction_of(const Frame& frame, int dimension, std::span<const Expression> operands) {
   const Construct construct = constructs_.back();
   constructs_.pop_back();
-  const int result = is_extrusion(frame.kind) ? 3 : frame.kind == NodeKind::projection ? 2 : dimension;
-  if (frame.kind == NodeKind::minkowski) {
+  const int result = frame.row->result != 0 ? frame.row->result : dimension;
+  if (frame.is(NodeKind::minkowski)) {
     const auto is_empty = [&](const Expression& operand) { return pool_.is_empty(operand); };
     // OpenSCAD 2021.01 passes over empty solids. In the plane it does so only if the first child and one more
     // are something.

@@ -65,7 +65,8 @@ std::vector<Point3> corners_of(const std::vector<Point3>& points, const FaceCycl
 
 }  // namespace
 
-Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_cube(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   const auto [x, y, z] = cube_size(arguments.find("size", 0), warn);
   if (!finite({x, y, z}) || x <= 0 || y <= 0 || z <= 0) {
     if (!(x == 0 || y == 0 || z == 0))
@@ -77,8 +78,8 @@ Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& war
   return pool.transform({1, 0, 0, -x / 2, 0, 1, 0, -y / 2, 0, 0, 1, -z / 2, 0, 0, 0, 1}, box);
 }
 
-Expression make_sphere(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
-                       const Warn& warn) {
+Expression make_sphere(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   const double radius = radius_of(arguments, "r", "d", 0, 1);
   if (!std::isfinite(radius) || radius <= 0) {
     if (radius != 0) warn("this sphere is empty: its radius is " + text_of(radius));
@@ -88,8 +89,8 @@ Expression make_sphere(const Arguments& arguments, const CsgOptions& options, No
   return pool.adopt(sphere(radius, checked_sides(radius, arguments, true)));
 }
 
-Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
-                         const Warn& warn) {
+Expression make_cylinder(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   const double height = arguments.number("h", 0, 1);
   const double both = radius_of(arguments, "r", "d", -1, 1);
   const double bottom = radius_of(arguments, "r1", "d1", 1, both),
@@ -113,7 +114,8 @@ Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, 
   return low < high ? pool.primitive(Lathe{sides, {{bottom, low}, {top, high}}}, 3) : pool.empty(3);
 }
 
-Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_polyhedron(const PrimitiveText& from) {
+  const auto& [node, arguments, folder, options, pool, warn, note] = from;
   const Value* points_list = arguments.find("points", 0);
   const Value* faces_list = arguments.find("faces", 1);
   if (!faces_list) faces_list = arguments.find("triangles");  // an old spelling

@@ -1,32 +1,17 @@
-#include "csg/csg_spline_nodes.hpp"
-
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <string>
 #include <utility>
 
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
+#include "csg/csg_construct_nodes.hpp"
 
 namespace bsp2::model {
 namespace {
 
 constexpr std::size_t most_dimensions = NodePool::most_dimensions;
-
-void check_names(const Arguments& arguments, const char* node,
-                 std::initializer_list<std::string_view> known) {
-  for (const Argument& argument : arguments.all()) {
-    const std::string_view name = argument.name;
-    if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) continue;
-    std::string text =
-        std::string(node) + ": has no argument '" + std::string(name.substr(0, 60)) + "'; it takes ";
-    for (const std::string_view each : known)
-      text += (each == *known.begin() ? "" : ", ") + std::string(each);
-    throw Error(text);
-  }
-}
 
 /// Numbers in lists in lists ..., as many in each list as in its neighbours.
 struct Grid {
@@ -152,17 +137,17 @@ std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& 
   return knots;
 }
 
-Expression make_bezier(const Arguments& arguments) {
-  check_names(arguments, "bezier", {"points", "weights"});
+Expression make_bezier(const StrictArguments& strict) {
+  const Arguments& arguments = strict.all();
   ControlNet net = control_net(arguments, "bezier", 0);
   std::vector<std::uint32_t> degrees;
   for (const std::size_t count : net.counts) degrees.push_back(static_cast<std::uint32_t>(count - 1));
   return bezier(net.dimension, std::move(degrees), std::move(net.points));
 }
 
-/// @param node as it stands in the text: bspline or nurbs.
-Expression make_bspline(const Arguments& arguments, const std::string& node) {
-  check_names(arguments, node.c_str(), {"degree", "points", "knots", "weights", "closed"});
+Expression make_bspline(const StrictArguments& strict) {
+  const Arguments& arguments = strict.all();
+  const std::string node(strict.node());  // bspline or nurbs
   ControlNet net = control_net(arguments, node, 1);
   const std::size_t parameters = net.counts.size();
   Spline::Piece piece;
@@ -209,8 +194,8 @@ Expression make_bspline(const Arguments& arguments, const std::string& node) {
   return spline(net.dimension, {std::move(piece)});
 }
 
-Expression make_subdivision(const Arguments& arguments) {
-  check_names(arguments, "subdivision", {"points", "faces", "scheme"});
+Expression make_subdivision(const StrictArguments& strict) {
+  const Arguments& arguments = strict.all();
   const Value *points = arguments.find("points", 0), *faces = arguments.find("faces", 1);
   if (!points || !faces) throw Error("subdivision: needs the arguments 'points' and 'faces'");
   Grid grid = grid_of(points, "subdivision: 'points'");
@@ -240,22 +225,16 @@ Expression make_subdivision(const Arguments& arguments) {
 
 }  // namespace
 
-bool is_spline_node(NodeKind kind) {
-  return kind == NodeKind::bezier || kind == NodeKind::bspline || kind == NodeKind::nurbs ||
-         kind == NodeKind::subdivision;
-}
-
-Expression make_spline_node(NodeKind kind, const Arguments& arguments, NodePool& pool) {
-  switch (kind) {
-    case NodeKind::bezier:
-      return pool.adopt(make_bezier(arguments));
-    case NodeKind::bspline:
-      return pool.adopt(make_bspline(arguments, "bspline"));
-    case NodeKind::nurbs:
-      return pool.adopt(make_bspline(arguments, "nurbs"));
-    default:
-      return pool.adopt(make_subdivision(arguments));
-  }
+std::span<const NodeRow> spline_nodes() {
+  using enum NodeCategory;
+  static constexpr NodeRow rows[] = {
+      {"bezier", primitive, make_bezier, "points weights"},
+      {"bspline", primitive, make_bspline, "degree points knots weights closed"},
+      {"nurbs", primitive, make_bspline, "degree points knots weights closed"},
+      {"subdivision", primitive, make_subdivision, "points faces scheme"},
+  };
+  static_assert(std::ranges::all_of(rows, &NodeRow::is_sound));
+  return rows;
 }
 
 }  // namespace bsp2::model
