@@ -57,7 +57,8 @@ Expression boolean_of(const Boolean& boolean, int dimension, std::vector<Express
     case Operation::subtract:
       if (is_empty(images[0])) return Expression(dimension);
       break;
-    default:
+    case Operation::symmetric_difference:
+    case Operation::complement:
       break;
   }
   return make(dimension, Boolean{boolean.operation, std::move(images)});
@@ -121,6 +122,74 @@ void take_looks_off(const Construction& construction, std::vector<Expression>& i
   }
 }
 
+/// What there is to know about a construct before it is made.
+struct ConstructRow {
+  const char* name;          ///< that messages about it begin with
+  bool is_bounded = true;    ///< it goes by the points of its operands, so that these have to be bounded
+  bool is_monotone = false;  ///< it makes of a larger solid a larger one, up to nothing but rounding
+  bool passes_on = false;    ///< it goes through the expression, so that what is round stays so
+  bool takes_flat = false;   ///< the points of what is flat count in it
+  bool takes_round = false;  ///< it knows what to do with round solids
+};
+
+/// Whether it is affine, and may be singular.
+bool is_affine(const model::ProjectiveMap& map) {
+  const auto d =
+      static_cast<std::ptrdiff_t>(std::lround(std::sqrt(static_cast<double>(map.matrix.size())))) - 1;
+  return std::all_of(map.matrix.end() - 1 - d, map.matrix.end() - 1, [](double x) { return x == 0; });
+}
+
+ConstructRow row_of(const model::LinearExtrusion& extrusion) {
+  const bool straight = extrusion.is_straight();
+  return {.name = "linear_extrude", .is_monotone = straight, .passes_on = straight, .takes_round = straight};
+}
+ConstructRow row_of(const model::RotateExtrusion&) { return {.name = "rotate_extrude"}; }
+ConstructRow row_of(const model::Offset&) { return {.name = "offset"}; }
+ConstructRow row_of(const model::Hull&) { return {.name = "hull", .is_monotone = true, .takes_flat = true}; }
+ConstructRow row_of(const model::MinkowskiSum&) {
+  return {.name = "minkowski", .is_monotone = true, .takes_flat = true};
+}
+ConstructRow row_of(const model::Projection& projection) {
+  return {.name = "projection", .takes_flat = !projection.cut};
+}
+ConstructRow row_of(const model::Resize&) { return {.name = "resize"}; }
+ConstructRow row_of(const model::Fill&) { return {.name = "fill"}; }
+ConstructRow row_of(const model::Roof&) { return {.name = "roof"}; }
+ConstructRow row_of(const model::Product&) {  // which asks for bounds itself
+  return {
+      .name = "product", .is_bounded = false, .is_monotone = true, .passes_on = true, .takes_round = true};
+}
+ConstructRow row_of(const model::Shadow&) {
+  return {.name = "project", .is_monotone = true, .takes_round = true};
+}
+ConstructRow row_of(const model::Section&) {
+  return {
+      .name = "section", .is_bounded = false, .is_monotone = true, .passes_on = true, .takes_round = true};
+}
+ConstructRow row_of(const model::ProjectiveMap& map) {
+  const bool affine = is_affine(map);
+  return {.name = affine ? "multmatrix" : "projective",
+          .is_bounded = false,
+          .is_monotone = true,
+          .takes_flat = affine,
+          .takes_round = true};
+}
+ConstructRow row_of(const model::Sweep&) {
+  return {.name = "sweep", .is_monotone = true, .takes_round = true};
+}
+ConstructRow row_of(const model::Growth& growth) {
+  const bool nothing = growth.distance == 0;
+  return {.name = growth.distance < 0 ? "shrink" : "grow",
+          .is_bounded = !nothing,
+          .is_monotone = true,
+          .passes_on = nothing,
+          .takes_round = nothing};
+}
+
+ConstructRow row_of(const model::Construct& construct) {
+  return std::visit([](const auto& what) { return row_of(what); }, construct);
+}
+
 class Resolver {
  public:
   Resolver(const CompileOptions& options, std::vector<std::string>& warnings)
@@ -177,8 +246,7 @@ class Resolver {
     const auto note = [&](const Expression& solid) {
       const auto* primitive = std::get_if<Primitive>(&solid.node().value);
       if (primitive == nullptr || !model::is_flat(*primitive)) return;
-      const char* name = bounded_operands(construction.construct);
-      const std::string what = name != nullptr ? name : "multmatrix";
+      const std::string what = row_of(construction.construct).name;
       flats_.insert_or_assign(&solid.node(), Flat{solid, place() + what + ": all its points lie " +
                                                              model::flat_place(solid.dimension()) +
                                                              ", so it encloses nothing and is left out"});
@@ -235,16 +303,17 @@ class Resolver {
   /// What a construct is made of; warnings and errors get the place of the construct.
   Expression image_of(const Node& node, std::vector<Expression>& images) {
     const auto& construction = std::get<Construction>(node.value);
-    if (!takes_flat(construction.construct)) leave_out_flats(images);
+    const ConstructRow row = row_of(construction.construct);
+    if (!row.takes_flat) leave_out_flats(images);
     if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
     const auto place = [&] { return options_.place_of ? options_.place_of(node) : ""; };
     const std::size_t before = first_of_construct_ = warnings_.size();
     try {
       const auto& construct = construction.construct;
-      if (const char* name = bounded_operands(construct);
-          name != nullptr && std::any_of(images.begin(), images.end(), is_unbounded))
-        throw Error(std::string(name) + ": the solid has no bounds; intersect it with something that has");
-      Expression image = !passes_on(construct) && std::any_of(images.begin(), images.end(), is_only_enclosed)
+      if (row.is_bounded && std::any_of(images.begin(), images.end(), is_unbounded))
+        throw Error(std::string(row.name) +
+                    ": the solid has no bounds; intersect it with something that has");
+      Expression image = !row.passes_on && std::any_of(images.begin(), images.end(), is_only_enclosed)
                              ? enclosed_image_of(construct, images)
                              : image_of(construct, images);
       for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place());
@@ -256,7 +325,7 @@ class Resolver {
   }
 
   Expression image_of(const model::Construct& construct, std::vector<Expression> images) {
-    if (!takes_round(construct))
+    if (!row_of(construct).takes_round)
       for (Expression& operand : images) operand = faceted(operand);
     return std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
   }
@@ -271,15 +340,15 @@ class Resolver {
       for (const Expression& operand : operands) polytopes.push_back(with_facets(operand, facets, options_));
       return image_of(construct, std::move(polytopes));
     };
-    if (is_monotone(construct))
-      return between(image_with(Facets::inside), image_with(Facets::around), options_);
+    const ConstructRow row = row_of(construct);
+    if (row.is_monotone) return between(image_with(Facets::inside), image_with(Facets::around), options_);
     if (std::any_of(operands.begin(), operands.end(), is_refined))
       throw Error(
-          std::string(bounded_operands(construct)) +
+          std::string(row.name) +
           ": a spline, a subdivision surface, or a section or product of something curved has no corners");
     const std::string corners = circle_corners_text(operands);
     warnings_.push_back(
-        std::string(bounded_operands(construct)) + ": what is round in it is taken as polyhedra in it" +
+        std::string(row.name) + ": what is round in it is taken as polyhedra in it" +
         (corners.empty() ? "" : ", with " + corners + " corners to a circle; $fn says how many"));
     return image_with(Facets::inside);
   }
@@ -323,41 +392,6 @@ class Resolver {
     return at_first;
   }
 
-  /// Whether it makes of a larger solid a larger one, up to nothing but rounding.
-  static bool is_monotone(const model::Construct& construct) {
-    return std::holds_alternative<model::Hull>(construct) ||
-           std::holds_alternative<model::MinkowskiSum>(construct) ||
-           std::holds_alternative<model::Shadow>(construct) ||
-           std::holds_alternative<model::ProjectiveMap>(construct) ||
-           std::holds_alternative<model::Sweep>(construct) ||
-           std::holds_alternative<model::Growth>(construct);
-  }
-
-  /// Whether it goes through the expression, so that what is round stays so.
-  static bool passes_on(const model::Construct& construct) {
-    if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct))
-      return extrusion->is_straight();
-    if (const auto* growth = std::get_if<model::Growth>(&construct)) return growth->distance == 0;
-    return std::holds_alternative<model::Product>(construct) ||
-           std::holds_alternative<model::Section>(construct);
-  }
-
-  /// Whether the points of what is flat count in it.
-  static bool takes_flat(const model::Construct& construct) {
-    if (const auto* projection = std::get_if<model::Projection>(&construct)) return !projection->cut;
-    return std::holds_alternative<model::Hull>(construct) ||
-           std::holds_alternative<model::MinkowskiSum>(construct) || is_affine(construct);
-  }
-
-  /// Whether it is the image under an affine map, which may be singular.
-  static bool is_affine(const model::Construct& construct) {
-    const auto* map = std::get_if<model::ProjectiveMap>(&construct);
-    if (map == nullptr) return false;
-    const auto d =
-        static_cast<std::ptrdiff_t>(std::lround(std::sqrt(static_cast<double>(map->matrix.size())))) - 1;
-    return std::all_of(map->matrix.end() - 1 - d, map->matrix.end() - 1, [](double x) { return x == 0; });
-  }
-
   /// Whether it knows the image of all that is round in its operands.
   static bool takes_these(const model::Construct& construct, const std::vector<Expression>& operands) {
     if (std::holds_alternative<model::Hull>(construct)) return is_convex_primitive(operands[0]);
@@ -365,43 +399,6 @@ class Resolver {
     if (std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::Sweep>(construct))
       return is_union(operands[0]) && is_of_polytopes_and_balls(operands[0]);
     return false;
-  }
-
-  /// The name of a construct that goes by the points of its operands, so that these have to be bounded; null
-  /// for one that does not.
-  static const char* bounded_operands(const model::Construct& construct) {
-    struct Name {
-      const char* operator()(const model::LinearExtrusion&) const { return "linear_extrude"; }
-      const char* operator()(const model::RotateExtrusion&) const { return "rotate_extrude"; }
-      const char* operator()(const model::Offset&) const { return "offset"; }
-      const char* operator()(const model::Hull&) const { return "hull"; }
-      const char* operator()(const model::MinkowskiSum&) const { return "minkowski"; }
-      const char* operator()(const model::Projection&) const { return "projection"; }
-      const char* operator()(const model::Resize&) const { return "resize"; }
-      const char* operator()(const model::Fill&) const { return "fill"; }
-      const char* operator()(const model::Roof&) const { return "roof"; }
-      const char* operator()(const model::Product&) const { return nullptr; }  // asks for more: see there
-      const char* operator()(const model::Shadow&) const { return "project"; }
-      const char* operator()(const model::Section&) const { return nullptr; }  // goes through the expression
-      const char* operator()(const model::ProjectiveMap&) const { return nullptr; }  // likewise
-      const char* operator()(const model::Sweep&) const { return "sweep"; }
-      const char* operator()(const model::Growth& growth) const {
-        return growth.distance == 0 ? nullptr : growth.distance > 0 ? "grow" : "shrink";
-      }
-    };
-    return std::visit(Name{}, construct);
-  }
-
-  /// Whether it knows what to do with round solids.
-  static bool takes_round(const model::Construct& construct) {
-    if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct))
-      return extrusion->is_straight();
-    if (const auto* growth = std::get_if<model::Growth>(&construct)) return growth->distance == 0;
-    return std::holds_alternative<model::Product>(construct) ||
-           std::holds_alternative<model::Shadow>(construct) ||
-           std::holds_alternative<model::Section>(construct) ||
-           std::holds_alternative<model::ProjectiveMap>(construct) ||
-           std::holds_alternative<model::Sweep>(construct);
   }
 
   /// The constructs of any dimension.

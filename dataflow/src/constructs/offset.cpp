@@ -15,9 +15,10 @@ ClipperLib::JoinType join_of(model::Offset::Join join) {
       return ClipperLib::jtRound;
     case model::Offset::Join::mitre:
       return ClipperLib::jtMiter;
-    default:
-      return ClipperLib::jtSquare;
+    case model::Offset::Join::square:
+      break;
   }
+  return ClipperLib::jtSquare;
 }
 
 /// Takes out the corners that are in line with their neighbours but for the rounding to the unit: what an
