@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace bsp2::dataflow {
 namespace {
@@ -103,6 +104,33 @@ bool MeshShape::is_convex() const {
   return true;
 }
 
+namespace {
+
+/// By points, by counting; then the few at each, each once.
+void find_incident(Mesh& mesh) {
+  std::vector<std::uint32_t> end(mesh.points.size() + 1);
+  for (const Mesh::Facet& facet : mesh.facets)
+    for (const std::uint32_t corner : facet.corners) ++end[corner + std::size_t{1}];
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  auto& incident = mesh.incident;
+  incident.resize(end.back());
+  for (const Mesh::Facet& facet : mesh.facets)
+    for (const std::uint32_t corner : facet.corners) incident[end[corner]++] = facet.plane.id();
+  auto kept = incident.begin();
+  mesh.incident_offset.assign(1, 0);
+  mesh.incident_offset.reserve(mesh.points.size() + 1);
+  for (std::size_t point = 0, first = 0; point < mesh.points.size(); first = end[point++]) {
+    const auto from = incident.begin() + static_cast<std::ptrdiff_t>(first),
+               to = incident.begin() + static_cast<std::ptrdiff_t>(end[point]);
+    std::sort(from, to);
+    kept = std::copy(from, std::unique(from, to), kept);
+    mesh.incident_offset.push_back(static_cast<std::uint32_t>(kept - incident.begin()));
+  }
+  incident.erase(kept, incident.end());
+}
+
+}  // namespace
+
 Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent,
                 std::span<const geometry::OrientedHyperplane> planes) {
   Mesh mesh{.frame_points = shape.points,
@@ -125,19 +153,10 @@ Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int g
     }
   }
   mesh.error = largest * 0x1p-51;
-  std::vector<std::pair<std::uint32_t, geometry::HyperplaneId>> around;
-  for (std::size_t i = 0; i < shape.triangles.size(); ++i) {
+  mesh.facets.reserve(shape.triangles.size());
+  for (std::size_t i = 0; i < shape.triangles.size(); ++i)
     mesh.facets.push_back({shape.triangles[i], planes[i]});
-    for (const std::uint32_t corner : shape.triangles[i]) around.emplace_back(corner, planes[i].id());
-  }
-  std::sort(around.begin(), around.end());
-  around.erase(std::unique(around.begin(), around.end()), around.end());
-  mesh.incident_offset.assign(mesh.points.size() + 1, 0);
-  for (const auto& [point, id] : around) {
-    ++mesh.incident_offset[point + 1];
-    mesh.incident.push_back(id);
-  }
-  for (std::size_t i = 0; i < mesh.points.size(); ++i) mesh.incident_offset[i + 1] += mesh.incident_offset[i];
+  find_incident(mesh);
   return mesh;
 }
 

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "bsp2/geometry/cells/cell.hpp"
 #include "bsp2/geometry/exact/exact.hpp"
@@ -196,22 +198,21 @@ bool solve_by_cross_products(const std::array<Hyperplane<3>, 3>& h, Vertex<3>& v
 }
 
 /// Planes in long double. Where one vertex needs them, others of the same cut do, which share planes with it:
-/// the last ones are kept.
+/// some are kept.
+template <std::size_t kept = 16>
 class RefinedPlanes {
  public:
   explicit RefinedPlanes(const HyperplaneTable<3>& table) : table_(table) {}
   [[nodiscard]] const HyperplaneTable<3>& table() const { return table_; }
   /// @return whether the plane can be refined.
   bool find(HyperplaneId id, Planes<long double>& planes) {
-    for (const Entry& entry : entries_)
-      if (entry.id == id) {
-        planes = entry.planes;
-        return true;
-      }
-    const auto refined = table_.refined(id, last_);
-    if (!refined) return false;
-    planes = {refined->normal, refined->offset, refined->error};
-    entries_[next_++ % entries_.size()] = {id, planes};
+    Entry& entry = entries_[id % kept];
+    if (entry.id != id) {
+      const auto refined = table_.refined(id, last_);
+      if (!refined) return false;
+      entry = {id, {refined->normal, refined->offset, refined->error}};
+    }
+    planes = entry.planes;
     return true;
   }
 
@@ -222,14 +223,13 @@ class RefinedPlanes {
   };
   const HyperplaneTable<3>& table_;
   HyperplaneTable<3>::LastMap last_;
-  std::array<Entry, 4> entries_;
-  std::size_t next_ = 0;
+  std::array<Entry, kept> entries_;
 };
 
 /// In long double, in which cross products and the determinant are off by less than 2^-60: for planes that
 /// are nearly parallel.
-bool solve_by_refined_planes(RefinedPlanes& refined, const std::array<HyperplaneId, 3>& ids,
-                             Vertex<3>& vertex) {
+template <typename Refined>
+bool solve_by_refined_planes(Refined& refined, const std::array<HyperplaneId, 3>& ids, Vertex<3>& vertex) {
   constexpr long double least_size_refined = 0x1p-34L;
   const double radius = refined.table().radius();
   std::array<Planes<long double>, 3> planes;
@@ -244,7 +244,8 @@ bool solve_by_refined_planes(RefinedPlanes& refined, const std::array<Hyperplane
 }
 
 /// Where doubles do not tell well enough.
-Vertex<3> careful_vertex(RefinedPlanes& refined, const std::array<HyperplaneId, 3>& ids,
+template <typename Refined>
+Vertex<3> careful_vertex(Refined& refined, const std::array<HyperplaneId, 3>& ids,
                          std::uint64_t& exact_evaluations) {
   Vertex<3> vertex;
   if (solve_by_refined_planes(refined, ids, vertex)) return vertex;
@@ -292,11 +293,30 @@ Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<Hyperpla
     solved = solve_by_elimination<D>(h, vertex);
   if (solved && vertex.error < largest_vertex_error * table.radius()) return vertex;
   if constexpr (D == 3) {
-    RefinedPlanes refined(table);
+    RefinedPlanes<> refined(table);
     return careful_vertex(refined, ids, exact_evaluations);
   }
   ++exact_evaluations;
   return exact_vertex<D>(table, ids);
+}
+
+std::vector<Vertex<3>> make_vertices(const HyperplaneTable<3>& table,
+                                     std::span<const std::array<HyperplaneId, 3>> names) {
+  constexpr std::size_t kept = 4096;
+  const auto refined = std::make_unique<RefinedPlanes<kept>>(table);
+  std::uint64_t unused = 0;
+  std::vector<Vertex<3>> vertices;
+  vertices.reserve(names.size());
+  for (const auto& ids : names) {
+    Vertex<3> vertex;
+    vertex.hyperplanes = ids;
+    const std::array<Hyperplane<3>, 3> h{table.rounded(ids[0]), table.rounded(ids[1]), table.rounded(ids[2])};
+    const bool solved = solve_by_cross_products(h, vertex);
+    if (!solved || !(vertex.error < largest_vertex_error * table.radius()))
+      vertex = careful_vertex(*refined, ids, unused);
+    vertices.push_back(vertex);
+  }
+  return vertices;
 }
 
 namespace {
@@ -310,7 +330,7 @@ BSP2_VECTOR_CLONES void make_vertices_in_space(const HyperplaneTable<3>& table,
   Planes<Lanes> common{}, first{}, second{};
   spread(table.rounded(id), common);
   std::array<std::array<Hyperplane<3>, lanes>, 2> computed;  // of those that are not the primitives' own
-  std::optional<RefinedPlanes> refined;                      // few cuts need them
+  std::optional<RefinedPlanes<>> refined;                    // few cuts need them
   for (std::size_t done = 0; done < edges.size(); done += lanes) {
     const std::size_t count = std::min(lanes, edges.size() - done);
     std::array<std::array<const Hyperplane<3>*, lanes>, 2> pairs;

@@ -18,8 +18,8 @@ constexpr std::size_t few = 8;  // below it all pairs are looked at
 }  // namespace
 
 void add_up(EdgeChain& edges) {
-  std::sort(edges.begin(), edges.end(), [](const Skin::Edge& a, const Skin::Edge& b) {
-    return std::tuple(a.face, ends(a), a.across, a.from) < std::tuple(b.face, ends(b), b.across, b.from);
+  sort_by_face(edges, [](const Skin::Edge& a, const Skin::Edge& b) {
+    return std::tuple(ends(a), a.across, a.from) < std::tuple(ends(b), b.across, b.from);
   });
   std::size_t kept = 0;
   for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
@@ -112,9 +112,22 @@ void EdgeSplitter::collect_segments(std::span<const Skin::Face> faces, const Edg
     const auto [low, high] = ends(edge);
     segments_.push_back({low, high, faces[edge.face].outward.id(), edge.across});
   }
-  std::sort(segments_.begin(), segments_.end(), [](const Segment& a, const Segment& b) {
-    return std::tie(a.from, a.to) < std::tie(b.from, b.to);
-  });
+  // By their lower ends, by counting; the few at each by the others.
+  std::vector<std::uint32_t> begin;
+  for (const Segment& segment : segments_) {
+    if (segment.from + std::size_t{2} > begin.size()) begin.resize(segment.from + std::size_t{2});
+    ++begin[segment.from + std::size_t{1}];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Segment> sorted(segments_.size());
+  for (const Segment& segment : segments_) sorted[begin[segment.from]++] = segment;
+  segments_.swap(sorted);
+  for (std::size_t point = 0, first = 0; point + 1 < begin.size(); first = begin[point++])
+    std::sort(segments_.begin() + static_cast<std::ptrdiff_t>(first),
+              segments_.begin() + static_cast<std::ptrdiff_t>(begin[point]),
+              [](const Segment& a, const Segment& b) {
+                return std::tie(a.to, a.plane, a.across) < std::tie(b.to, b.plane, b.across);
+              });
   segments_.erase(
       std::unique(segments_.begin(), segments_.end(),
                   [](const Segment& a, const Segment& b) { return a.from == b.from && a.to == b.to; }),

@@ -60,8 +60,7 @@ void sort_faces(Skin& skin) {
 /// The vertices of a skin, equal ones once; the edges are renumbered.
 PointSet unite_points(const HyperplaneTable<3>& table, Skin& skin) {
   PointSet points;
-  points.vertices.reserve(skin.vertices.size());
-  for (const auto& ids : skin.vertices) points.vertices.push_back(canonical_vertex(table, ids));
+  points.vertices = make_vertices(table, skin.vertices);  // named by ascending ids
   points.offset = std::move(skin.incident_offset);
   points.planes = std::move(skin.incident);
   skin.vertices = {};
@@ -104,8 +103,8 @@ class Straightener {
   EdgeChain run() {
     find_neighbours();
     EdgeChain edges = std::move(skin_.edges);
-    std::sort(edges.begin(), edges.end(), [](const Skin::Edge& a, const Skin::Edge& b) {
-      return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to);
+    sort_by_face(edges, [](const Skin::Edge& a, const Skin::Edge& b) {
+      return std::tie(a.from, a.to) < std::tie(b.from, b.to);
     });
     EdgeChain joined;
     joined.reserve(edges.size());
@@ -196,6 +195,8 @@ class Renaming {
   PointSet& points_;
   Skin& skin_;
   std::vector<Planes> planes_;
+  std::vector<std::uint32_t> end_at_;  // of each point among all_at_
+  std::vector<HyperplaneId> all_at_;
 
   void find_planes() {
     planes_.resize(points_.size());
@@ -231,13 +232,26 @@ class Renaming {
         }
     return largest > surely_independent ? name : first_independent(all_planes(point));
   }
-  [[nodiscard]] std::vector<HyperplaneId> all_planes(std::uint32_t point) const {
-    std::vector<HyperplaneId> ids;
-    for (const Skin::Edge& edge : skin_.edges)
-      if (edge.from == point || edge.to == point) ids.push_back(skin_.faces[edge.face].outward.id());
+  std::vector<HyperplaneId> all_planes(std::uint32_t point) {
+    if (end_at_.empty()) find_all_planes();
+    const auto begin = all_at_.begin() + (point > 0 ? end_at_[point - 1] : 0),
+               end = all_at_.begin() + end_at_[point];
+    std::vector<HyperplaneId> ids(begin, end);
     std::sort(ids.begin(), ids.end());
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
     return ids;
+  }
+  /// Only where they are asked for.
+  void find_all_planes() {
+    std::vector<std::uint32_t> next(points_.size() + 1);
+    for (const Skin::Edge& edge : skin_.edges)
+      for (const std::uint32_t point : {edge.from, edge.to}) ++next[point + std::size_t{1}];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    all_at_.resize(next.back());
+    for (const Skin::Edge& edge : skin_.edges)
+      for (const std::uint32_t point : {edge.from, edge.to})
+        all_at_[next[point]++] = skin_.faces[edge.face].outward.id();
+    end_at_ = std::move(next);
   }
   [[nodiscard]] std::optional<std::array<HyperplaneId, 3>> first_independent(
       std::span<const HyperplaneId> ids) {
@@ -269,8 +283,8 @@ class Renaming {
       edge.from = number[edge.from];
       edge.to = number[edge.to];
     }
-    std::sort(skin_.edges.begin(), skin_.edges.end(), [](const Skin::Edge& a, const Skin::Edge& b) {
-      return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to);
+    sort_by_face(skin_.edges, [](const Skin::Edge& a, const Skin::Edge& b) {
+      return std::tie(a.from, a.to) < std::tie(b.from, b.to);
     });
   }
 };

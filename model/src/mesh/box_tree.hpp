@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <iterator>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "bsp2/geometry/support/curve_order.hpp"
 #include "mesh/predicates.hpp"
 
 namespace bsp2::model {
@@ -31,8 +32,7 @@ struct Box3 {
   }
 };
 
-/// A tree over boxes, halved at the median along the longest axis. Node i has the children 2 i + 1 and 2 i
-/// + 2.
+/// A tree over boxes in the order of a curve that fills space. Node i has the children 2 i + 1 and 2 i + 2.
 class BoxTree {
  public:
   /// A node and the boxes below it.
@@ -48,9 +48,15 @@ class BoxTree {
 
   static constexpr std::size_t most_in_leaf = 4;
 
-  explicit BoxTree(std::vector<Box3> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
-    std::iota(order_.begin(), order_.end(), 0u);
-    if (!boxes_.empty()) build(0, order_);
+  explicit BoxTree(std::vector<Box3> boxes) : boxes_(std::move(boxes)) {
+    if (boxes_.empty()) return;
+    order_ = geometry::curve_order(boxes_.size(), [&](std::uint32_t i) {
+      Point3 middle;
+      for (std::size_t k = 0; k < 3; ++k) middle[k] = boxes_[i].low[k] / 2 + boxes_[i].high[k] / 2;
+      return middle;
+    });
+    nodes_.resize(2 * std::bit_ceil(boxes_.size()));
+    build({0, order_});
   }
 
   [[nodiscard]] const Box3& operator[](std::uint32_t box) const { return boxes_[box]; }
@@ -119,23 +125,17 @@ class BoxTree {
   }
 
  private:
-  void build(std::size_t node, std::span<std::uint32_t> items) {  // depth: log2 of the number of boxes
-    if (node >= nodes_.size()) nodes_.resize(node + 1);
-    Box3 all = boxes_[items[0]];
-    for (const std::uint32_t i : items) all.unite(boxes_[i]);
-    nodes_[node] = all;
-    if (items.size() <= most_in_leaf) return;
-    std::size_t axis = 0;
-    for (std::size_t k = 1; k < 3; ++k)
-      if (all.high[k] - all.low[k] > all.high[axis] - all.low[axis]) axis = k;
-    const std::size_t half = items.size() / 2;
-    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(),
-                     [&](std::uint32_t a, std::uint32_t b) {
-                       return boxes_[a].low[axis] + boxes_[a].high[axis] <
-                              boxes_[b].low[axis] + boxes_[b].high[axis];
-                     });
-    build(2 * node + 1, items.first(half));
-    build(2 * node + 2, items.subspan(half));
+  const Box3& build(const Branch& branch) {  // depth: log2 of the number of boxes
+    Box3 all;
+    if (branch.is_leaf()) {
+      all = boxes_[branch.items[0]];
+      for (const std::uint32_t i : branch.items) all.unite(boxes_[i]);
+    } else {
+      const auto [low, high] = branch.halves();
+      all = build(low);
+      all.unite(build(high));
+    }
+    return nodes_[branch.node] = all;
   }
 
   std::vector<Box3> boxes_, nodes_;

@@ -46,7 +46,10 @@ class CrossingFinder {
   /// as fast.
   bool any(std::span<const BoxTree::Branch> branches, std::size_t k) {
     return tree_.visit_meeting_pairs(branches, k, [&](std::uint32_t i, std::uint32_t j) {
-      const Sides of_i = sides(i, j), of_j = sides(j, i);
+      const Sides of_j = sides(j, i);
+      if (is_beside(i, j, of_j)) return false;
+      const Sides of_i = sides(i, j);
+      if (is_beside(j, i, of_i)) return false;
       return edges_cross(i, j, of_i) || edges_cross(j, i, of_j) || interiors_cross(i, j, of_i, of_j) ||
              overlaps(std::min(i, j), std::max(i, j));
     });
@@ -72,6 +75,19 @@ class CrossingFinder {
       if (std::find(other.begin(), other.end(), own[k]) == other.end())
         sides[k] = quick_orientation(at[other[0]], at[other[1]], at[other[2]], at[own[k]]).value_or(0);
     return sides;
+  }
+
+  /// Whether all corners of a triangle that it has not in common with another one clearly lie on one side of
+  /// that: then nothing else is in both. So it is with nearly all pairs.
+  [[nodiscard]] bool is_beside(std::uint32_t triangle, std::uint32_t other, const Sides& of_other) const {
+    const auto &own = mesh_.triangles[triangle], &theirs = mesh_.triangles[other];
+    int side = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (std::find(own.begin(), own.end(), theirs[k]) != own.end()) continue;
+      if (of_other[k] == 0 || of_other[k] == -side) return false;
+      side = of_other[k];
+    }
+    return side != 0;
   }
 
   /// Whether an edge of one triangle goes through another. Each edge is an edge of two triangles; one of

@@ -107,6 +107,10 @@ template <int D>
 Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& hyperplanes,
                       std::uint64_t& exact_evaluations);
 
+/// `make_vertex` for many that share hyperplanes with others before them: the same bits.
+std::vector<Vertex<3>> make_vertices(const HyperplaneTable<3>& table,
+                                     std::span<const std::array<HyperplaneId, 3>> names);
+
 /// The hyperplanes in which an edge lies.
 template <int D>
 using EdgeHyperplanes = std::array<HyperplaneId, D - 1>;

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -14,6 +17,23 @@ namespace bsp2::geometry {
 ///
 /// What has cancelled is gone: edges that run along each other in opposite directions leave no trace.
 using EdgeChain = std::vector<Skin::Edge>;
+
+/// Sorts edges by face, and those of one face by `is_before`: linear but for the latter.
+template <typename Before>
+void sort_by_face(EdgeChain& edges, const Before& is_before) {
+  std::vector<std::uint32_t> begin;  // of each face, then its end
+  for (const Skin::Edge& edge : edges) {
+    if (edge.face + std::size_t{2} > begin.size()) begin.resize(edge.face + std::size_t{2});
+    ++begin[edge.face + std::size_t{1}];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  EdgeChain sorted(edges.size());
+  for (const Skin::Edge& edge : edges) sorted[begin[edge.face]++] = edge;
+  edges.swap(sorted);
+  for (std::size_t face = 0, first = 0; face + 1 < begin.size(); first = begin[face++])
+    std::sort(edges.begin() + static_cast<std::ptrdiff_t>(first),
+              edges.begin() + static_cast<std::ptrdiff_t>(begin[face]), is_before);
+}
 
 /// Adds up the edges between the same points in the same face.
 void add_up(EdgeChain& edges);
