@@ -5,8 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "bsp2/geometry/cells/clipper.hpp"
-#include "bsp2/geometry/cells/halfspace_columns.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
 
 namespace bsp2::dataflow {
@@ -16,44 +14,6 @@ using geometry::PolygonCorner;
 namespace {
 
 constexpr std::uint32_t no_mesh = ~0U;
-
-/// Cuts producers out of space. Thread rule: one thread at a time.
-class PolytopeMaker {
- public:
-  explicit PolytopeMaker(const Network<3>& network)
-      : network_(network),
-        splitter_(network.table),
-        clipper_(splitter_),
-        kernel_(network.table),
-        root_(geometry::root_cell(network.table)) {}
-
-  /// @return nothing if the producer is empty.
-  const geometry::CellPolygons* make(const Producer<3>& producer) {
-    const auto planes = network_.planes_of(producer);
-    if (producer.is_empty()) return nullptr;
-    clipper_.load(root_);
-    left_.assign(network_.table, planes);
-    auto centre = clipper_.centre();
-    while (left_.size() > 0) {
-      const std::size_t chosen = left_.furthest(centre);
-      left_.remove(chosen);
-      const auto where = clipper_.cut(planes[chosen], nullptr);
-      if (where == geometry::Position::positive) return nullptr;
-      if (where == geometry::Position::crossing && left_.size() > 0) centre = clipper_.centre();
-    }
-    polygons_.load(kernel_, clipper_.cell());
-    return &polygons_;
-  }
-
- private:
-  const Network<3>& network_;
-  geometry::Splitter<3> splitter_;
-  geometry::Clipper<3> clipper_;
-  geometry::PolygonSplitter kernel_;
-  geometry::Cell<3> root_;
-  geometry::HalfspaceColumns<3> left_;
-  geometry::CellPolygons polygons_;
-};
 
 Box<3> bounds_of(std::span<const PolygonCorner> polygon) {
   Box<3> box = Box<3>::empty();
@@ -65,9 +25,9 @@ Box<3> bounds_of(std::span<const PolygonCorner> polygon) {
   return box;
 }
 
-Box<3> bounds_of(const geometry::CellPolygons& polygons) {
+Box<3> bounds_of(const PolytopeFacets& polytope) {
   Box<3> box = Box<3>::empty();
-  for (std::size_t i = 0; i < polygons.size(); ++i) box.unite(bounds_of(polygons.polygon(i)));
+  for (std::size_t i = 0; i < polytope.size(); ++i) box.unite(bounds_of(polytope.polygon(i)));
   return box;
 }
 
@@ -96,15 +56,15 @@ OperandFacets::OperandFacets(Network<3>& network, unsigned threads, const std::a
   bounds_.assign(count, Box<3>::empty());
   geometry::for_each_range(count, grain, threads, [&](std::size_t first, std::size_t end) {
     const std::size_t chunk = first / grain;
-    PolytopeMaker maker(network);
+    PolytopeFacets polytope(network);
     for (std::size_t producer = first; producer < end && !stop; ++producer) {
       const std::size_t before = facets[chunk].size();
       if (mesh_of[producer] != no_mesh) {
         bounds_[producer] = network.producers[producer];
         add(mesh_of[producer], facets[chunk]);
-      } else if (const auto* polygons = maker.make(network.producers[producer])) {
-        bounds_[producer] = bounds_of(*polygons);
-        add(*polygons, network.table, static_cast<std::uint32_t>(chunk), facets[chunk]);
+      } else if (polytope.load(network.producers[producer])) {
+        bounds_[producer] = bounds_of(polytope);
+        add(polytope, network.table, static_cast<std::uint32_t>(chunk), facets[chunk]);
       }
       sizes[producer] = static_cast<std::uint32_t>(facets[chunk].size() - before);
     }
@@ -154,12 +114,12 @@ void OperandFacets::set_bounds(const Box<3>& box, Facet& facet) const {
   }
 }
 
-void OperandFacets::add(const geometry::CellPolygons& polygons, const geometry::HyperplaneTable<3>& table,
+void OperandFacets::add(const PolytopeFacets& polytope, const geometry::HyperplaneTable<3>& table,
                         std::uint32_t chunk, std::vector<Facet>& facets) {
-  for (std::size_t i = 0; i < polygons.size(); ++i) {
-    const auto outward = polygons.outward(i);
+  for (std::size_t i = 0; i < polytope.size(); ++i) {
+    const auto outward = polytope.outward(i);
     if (outward.id() >= table.size()) continue;  // the end of space
-    const auto polygon = polygons.polygon(i);
+    const auto polygon = polytope.polygon(i);
     Facet facet{outward,
                 chunk,
                 static_cast<std::uint32_t>(chunks_[chunk].size()),

@@ -10,6 +10,7 @@
 #include "bsp2/dataflow/network/network.hpp"
 #include "bsp2/geometry/surface/skin_builder.hpp"
 #include "surface/mesh_surface.hpp"
+#include "surface/polytope_facets.hpp"
 
 namespace bsp2::dataflow {
 
@@ -83,8 +84,8 @@ class OperandFacets {
 
   void look_at_meshes(Network<3>& network, unsigned threads, const std::atomic<bool>& stop);
   void set_bounds(const Box<3>& box, Facet& facet) const;
-  void add(const geometry::CellPolygons& polygons, const geometry::HyperplaneTable<3>& table,
-           std::uint32_t chunk, std::vector<Facet>& facets);
+  void add(const PolytopeFacets& polytope, const geometry::HyperplaneTable<3>& table, std::uint32_t chunk,
+           std::vector<Facet>& facets);
   void add(std::uint32_t mesh, std::vector<Facet>& facets) const;
 };
 

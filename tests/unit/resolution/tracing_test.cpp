@@ -156,6 +156,41 @@ TEST(Tracing, MeshesHaveTheSurfaceOfTheirCells) {
   EXPECT_GT(triangles, compared);
 }
 
+/// A few shapes of many facets, each in many places: turned, mirrored, and moved by whole steps, so that they
+/// share planes. Of some the model's space holds a part.
+TEST(Tracing, ManyOfOneShapeHaveTheSurfaceOfTheirCells) {
+  std::size_t compared = 0;
+  const std::size_t rounds = samples::rounds(12U);
+  for (std::size_t round = 0; round < rounds; ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto sides = static_cast<std::uint32_t>(pick(random, 6, 12));
+    const std::vector<model::Expression> shapes{model::sphere(1, sides),
+                                                model::cylinder(1, 1, 0.5, 2 * sides)};
+    std::vector<model::Expression> operands;
+    for (int i = 0; i < 20; ++i) {
+      std::vector<double> matrix = free_matrix(random, 3, 2);
+      if (chance(random, 0.5)) {
+        const auto step = [&] { return 0.5 * pick(random, -2, 2); };
+        matrix = {1, 0, 0, step(), 0, 1, 0, step(), 0, 0, 1, step(), 0, 0, 0, 1};
+      }
+      if (chance(random, 0.3))
+        for (const std::size_t x : {0, 4, 8}) matrix[x] = -matrix[x];
+      operands.push_back(model::transform(matrix, shapes[i / 10]));
+    }
+    const auto all = chance(random, 0.5) ? model::unite(operands) : model::symmetric_difference(operands);
+    const auto e = round % 3 == 0 ? model::intersect({model::cuboid({1, 1.5, 1}, true), all}) : all;
+    auto r = resolved(e, {}, 0, round % 2 == 0 ? 0 : 1e-9);
+    const auto surface = traced(r.network, 1 + static_cast<unsigned>(round) % 2, 1);
+    if (!surface) continue;
+    ++compared;
+    ASSERT_NO_FATAL_FAILURE(expect_equal(*surface, r.surface));
+  }
+  if (std::getenv("BSP2_SEED") != nullptr) return;
+  EXPECT_GT(compared, rounds / 3);
+}
+
 /// Moments of a box that is not at the origin: by hand.
 TEST(Tracing, MomentsOfABox) {
   const auto e = model::transform(std::vector<double>{1, 0, 0, 10, 0, 1, 0, 20, 0, 0, 1, 30, 0, 0, 0, 1},
