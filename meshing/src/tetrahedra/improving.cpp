@@ -10,11 +10,11 @@
 namespace bsp2::meshing {
 namespace {
 
-// Sines of dihedral angles: what is below is worth work, what a collapse may leave at least, and what no
-// split may make worse.
+// Sines of dihedral angles: what is below is worth work, what a collapse may leave at first, and what later
+// ones and splits may, since what they leave is made better afterwards.
 constexpr double good = 0.35, fair = 0.2, poor = 0.1;
 constexpr double too_long = 1.4, too_short = 0.75;  // against the wanted length
-constexpr double of_features = 1.5;                 // as long may edges be at short edges of the solid
+constexpr double of_features = 3;                   // as long may edges be at short edges of the solid
 
 using geometry::Interruption;
 using Pair = std::array<std::uint32_t, 2>;
@@ -293,13 +293,13 @@ class Shaping {
   void make_good() {
     find_wanted(false);
     for (int pass = 0; pass < 6; ++pass)
-      if (coarsen(1) * 50 < editor_.point_count() && pass > 1) break;
+      if (coarsen(1, fair) * 50 < editor_.point_count() && pass > 1) break;
     improve(good, false);
     for (int pass = 0; pass < 4; ++pass) {
       find_wanted(true);
       refine();
       for (int again = 0; again < 3; ++again)
-        if (coarsen(too_short) * 50 < editor_.point_count()) break;
+        if (coarsen(too_short, poor) * 50 < editor_.point_count()) break;
       improve(good, false);
       smooth_all();
     }
@@ -309,14 +309,15 @@ class Shaping {
     }
   }
 
-  /// @param share edges shorter than this share of what is wanted go. @return how many did.
-  std::uint64_t coarsen(double share) {
+  /// @param share edges shorter than this share of what is wanted go, where what is left has at least this
+  /// shape. @return how many did.
+  std::uint64_t coarsen(double share, double least) {
     std::uint64_t gone = 0;
     for (const auto& [u, v] :
          edges_where([share](double length, double wanted) { return length < share * wanted; })) {
       if (editor_.star(u).empty() || editor_.star(v).empty()) continue;
       Interruption::check();
-      if (collapse_either(u, v, {.shape = fair, .length = too_long * wanted(u, v)})) ++gone;
+      if (collapse_either(u, v, {.shape = least, .length = too_long * wanted(u, v)})) ++gone;
     }
     return gone;
   }
