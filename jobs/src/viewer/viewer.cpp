@@ -180,7 +180,7 @@ void Viewer::begin(const std::string& model) {
   steered_ = {};
   last_budget_.reset();
   steps_ = 0;
-  done_ = 0;
+  done_ = computed_ = 0;
   cells_ = 0;
   was_shown_ = false;
   superstep_ = "compilation";
@@ -211,6 +211,8 @@ void Viewer::superstep(const std::string& name) {
 
 void Viewer::progress(double done, std::uint64_t cells) {
   constexpr double between = 0.15;
+  // A step begins with what it finds out anew, at less than the one before ended with.
+  if (superstep_ == "computation") done = computed_ = std::max(computed_, done);
   done_ = done;
   cells_ = cells;
   if (seconds_since(told_) > between) tell("running");

@@ -86,7 +86,8 @@ class Viewer {
   int dimension_ = 3;
   double seconds_of_steps_ = 0;
   std::string superstep_;
-  double done_ = 0;
+  double done_ = 0;      // of the superstep
+  double computed_ = 0;  // of space, by all steps
   std::uint64_t cells_ = 0;
   bool was_shown_ = false;
 

@@ -40,7 +40,7 @@ void measure(RunReport& report, const geometry::TriangleSurface& surface) {
 dataflow::TracedSurface share_of_surface(Ranks& ranks, dataflow::Network<3>& network,
                                          const RunOptions& options, unsigned threads) {
   const double share = 1.0 / ranks.count();
-  ProgressExchange exchange(ranks, share, {}, options.on_progress, nullptr);
+  ProgressExchange exchange(ranks, share, 0, {}, options.on_progress, nullptr);
   bool is_interrupted = false;
   dataflow::TracedSurface traced = dataflow::trace_surface(
       network, {.threads = threads,

@@ -15,7 +15,7 @@ void ProgressExchange::progress(double done, std::uint64_t cells, std::int64_t g
   if (!done_at_first_) done_at_first_ = mine_.done;
   mine_.gained = mine_.done - *done_at_first_;
   mine_.left = share_ - mine_.done;
-  mine_.cells = cells;
+  mine_.cells = recorded_ + cells;
   mine_.grown = grown;
   if (ranks_.count() == 1) {
     if (report_) report_(mine_.done, mine_.cells);

@@ -28,10 +28,17 @@ class ProgressExchange : public dataflow::Consumer {
   };
 
   /// @param share of space that this rank computes, as `progress` counts it.
+  /// @param recorded cells that this rank has from earlier steps.
   /// @param report told the progress of all ranks, on the master. @param stream whose cells travel along; may
   /// be null.
-  ProgressExchange(Ranks& ranks, double share, const Limits& limits, Report report, CellStream* stream)
-      : ranks_(ranks), share_(share), limits_(limits), report_(std::move(report)), stream_(stream) {}
+  ProgressExchange(Ranks& ranks, double share, std::uint64_t recorded, const Limits& limits, Report report,
+                   CellStream* stream)
+      : ranks_(ranks),
+        share_(share),
+        recorded_(recorded),
+        limits_(limits),
+        report_(std::move(report)),
+        stream_(stream) {}
 
   void consume(const std::shared_ptr<const dataflow::Refinement>&) override {}
   [[nodiscard]] bool takes_cells() const override { return false; }
@@ -62,6 +69,7 @@ class ProgressExchange : public dataflow::Consumer {
 
   Ranks& ranks_;
   double share_;
+  std::uint64_t recorded_;
   Limits limits_;
   Report report_;
   CellStream* stream_;

@@ -35,8 +35,8 @@ Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network,
                         std::span<dataflow::Consumer* const> consumers) {
   double share = 0;  // of space
   for (const auto& region : regions) share += std::ldexp(1.0, -int{region.level});
-  ProgressExchange exchange(ranks, share, {options.move_after_seconds, options.cells}, options.on_progress,
-                            stream);
+  ProgressExchange exchange(ranks, share, so_far.cells, {options.move_after_seconds, options.cells},
+                            options.on_progress, stream);
   std::vector<dataflow::Consumer*> all(consumers.begin(), consumers.end());
   if (stream != nullptr) all.push_back(stream);
   all.push_back(&exchange);
