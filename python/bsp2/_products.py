@@ -35,12 +35,14 @@ def _model_of(result):
 # --- Meshes for solvers ---
 
 
-def solver_mesh(model, size=None, *, part_sizes=None, clean=None, groups=None, polyhedra=False, **options):
+def solver_mesh(model, size=None, *, part_sizes=None, size_field=None, growth=0.6, clean=None, groups=None, polyhedra=False, **options):
     """A mesh for solvers: tetrahedra that meet face to face, right side out, with parts and sides by name. See docs/meshing.md.
 
     model: an expression, which is evaluated with the other keywords, or a result that holds its cells.
     size: wanted length of edges; none: a twentieth of the diagonal; 0: the cells' own tetrahedra.
     part_sizes: likewise of parts: {"copper": 0.5}.
+    size_field: rows of x, y, z and a length: edges are no longer than that of the nearest place; without size, as long.
+    growth: by which share of the distance edges may grow from where they are short.
     clean: what is shorter is absorbed, by moves of at most this; none: a millionth of the smallest part.
     groups: names of faces by where they are: {"inlet": "x==min", "top": "z>=4"}.
     polyhedra: the cells as they are, for `save` alone.
@@ -59,8 +61,13 @@ def solver_mesh(model, size=None, *, part_sizes=None, clean=None, groups=None, p
         rules = [groups]
     else:
         rules = list(groups)
+    field = [] if size_field is None else [[float(x) for x in row] for row in size_field]
+    if any(len(row) != 4 for row in field):
+        raise ValueError("size_field: a row is x, y, z and a length")
     mesh = result._solver_mesh(
-        dict(size=size, clean=clean, part_sizes=dict(part_sizes or {}), groups=rules, polyhedra=polyhedra)
+        dict(
+            size=size, clean=clean, part_sizes=dict(part_sizes or {}), size_field=field, growth=float(growth), groups=rules, polyhedra=polyhedra
+        )
     )
     bsp2._warn(mesh.warnings)
     return mesh

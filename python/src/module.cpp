@@ -242,6 +242,8 @@ SolverMeshOptions solver_mesh_options(const py::dict& given) {
   options.clean = optional_of<double>(given, "clean");
   for (const auto& [name, size] : given["part_sizes"].cast<std::map<std::string, double>>())
     options.part_sizes.emplace_back(name, size);
+  options.size_field = given["size_field"].cast<std::vector<std::array<double, 4>>>();
+  options.growth = given["growth"].cast<double>();
   options.groups = given["groups"].cast<std::vector<std::string>>();
   options.polyhedra = given["polyhedra"].cast<bool>();
   return options;

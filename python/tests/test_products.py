@@ -70,6 +70,11 @@ class SolverMeshes(unittest.TestCase):
         self.assertTrue((mesh.points[inlet][:, :, 0] == 0).all())
         fine = np.bincount(mesh.volumes)[[mesh.volume_names.index(name) for name in ("steel", "copper")]]
         self.assertLess(fine[0], fine[1])
+        field = [[0, 0.5, 0.5, 0.1], [3, 0.5, 0.5, 0.6]]
+        mesh = bsp2.solver_mesh(bsp2.cuboid([3, 1, 1]), size_field=field)
+        self.assertLess((mesh.points[:, 0] > 1.5).sum() * 3, (mesh.points[:, 0] < 1.5).sum())
+        slow = bsp2.solver_mesh(bsp2.cuboid([3, 1, 1]), size_field=field, growth=0.2)
+        self.assertLess(len(mesh.points), len(slow.points))
         with self.assertWarnsRegex(bsp2.ModelWarning, "no face is where it says"):
             bsp2.solver_mesh(bsp2.cube(), groups={"nowhere": "x==7"})
         for wrong in (
@@ -77,6 +82,8 @@ class SolverMeshes(unittest.TestCase):
             lambda: bsp2.solver_mesh(bsp2.cube(), size=-1),
             lambda: bsp2.solver_mesh(bsp2.cube(), size=float("nan")),
             lambda: bsp2.solver_mesh(bsp2.cube(), clean=float("inf")),
+            lambda: bsp2.solver_mesh(bsp2.cube(), size_field=[[0, 0, 0, 0]]),
+            lambda: bsp2.solver_mesh(bsp2.cube(), growth=0),
             lambda: bsp2.solver_mesh(bsp2.cube(), groups={"a": "q==1"}),
             lambda: bsp2.solver_mesh(bsp2.square()),
             lambda: bsp2.solver_mesh(bsp2.cube().evaluate(measures_only=True)),

@@ -83,6 +83,22 @@ TEST_F(MeshProgram, OpenFoamCasesHavePatchesAndZones) {
   EXPECT_NEAR(report().at("volume").get<double>(), 5, 1e-9);
 }
 
+TEST_F(MeshProgram, SizesAreReadFromATable) {
+  const fs::path table = folder_.path() / "sizes.csv";
+  std::ofstream(table) << "x,y,z,size\n0, 0, 0, 0.2  # fine\n\n2 2 0\t0.8\n";
+  ASSERT_EQ(run("a.msh", "--size-field " + table.string()).code, 0);
+  const auto points = report().at("points").get<int>();
+  EXPECT_EQ(report().at("size").get<double>(), 0.8);
+  ASSERT_EQ(run("a.msh", "--size-field " + table.string() + " --growth 0.2").code, 0);
+  EXPECT_GT(report().at("points").get<int>(), points);
+  for (const char* wrong : {"1 2 3 0\n", "0 0 0 1\n1 2 3\n", "0 0 0 1\n1 2 3 4 5\n", "x y z\n"}) {
+    std::ofstream(table) << wrong;
+    const MeshEnded ended = run("a.msh", "--size-field " + table.string());
+    EXPECT_EQ(ended.code, 2) << ended.text;
+    EXPECT_NE(ended.text.find("sizes.csv:"), std::string::npos) << ended.text;
+  }
+}
+
 TEST_F(MeshProgram, MistakesAreToldInOneMessage) {
   const std::array<std::array<const char*, 3>, 5> wrong{{{"a.xyz", "", "must end in"},
                                                          {"a.inp", "--type polyhedra", "hold polyhedra"},

@@ -442,6 +442,10 @@ struct WriteOptions {
 struct SolverMeshOptions {
   std::optional<double> size;  ///< of edges; 0: the cells' own tetrahedra; none: a twentieth of the diagonal
   std::vector<std::pair<std::string, double>> part_sizes;  ///< likewise in parts, by name
+  /// x, y, z and size: edges are no longer than the size at the nearest of these places; without `size` as
+  /// long.
+  std::vector<std::array<double, 4>> size_field;
+  double growth = 0.6;              ///< by which share of the distance edges may grow from fine to coarse
   std::optional<double> clean;      ///< what is shorter is absorbed; none: a millionth of the smallest part
   std::vector<std::string> groups;  ///< faces by name: "NAME=WHERE", as "inlet=x==min"
   bool polyhedra = false;           ///< the cells as they are instead: for files, there are no arrays of them

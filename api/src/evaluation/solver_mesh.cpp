@@ -25,7 +25,13 @@ void check(const SolverMeshOptions& options) {
   if (options.size) check_length("size", *options.size, true);
   if (options.clean) check_length("clean", *options.clean, true);
   for (const auto& [name, size] : options.part_sizes) check_length(("size of " + name).c_str(), size, false);
-  if (options.polyhedra && (options.size.value_or(0) > 0 || !options.part_sizes.empty()))
+  check_length("growth", options.growth, false);
+  for (const auto& [x, y, z, size] : options.size_field) {
+    check_length("size of size_field", size, false);
+    if (!std::isfinite(x + y + z)) throw Error("size_field has places that are no numbers");
+  }
+  if (options.polyhedra &&
+      (options.size.value_or(0) > 0 || !options.part_sizes.empty() || !options.size_field.empty()))
     throw Error("size: polyhedra are the cells as they are; tetrahedra have a size");
 }
 

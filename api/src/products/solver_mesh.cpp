@@ -14,6 +14,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
 #include "bsp2/meshing/groups/groups.hpp"
+#include "bsp2/meshing/sizes/size_field.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 #include "bsp2/model/expression/suggestion.hpp"
 
@@ -79,7 +80,7 @@ class SolverMeshMaker {
     summary_.polyhedra = options_.polyhedra;
     const Extents extents(complex);
     summary_.clean = options_.clean.value_or(1e-6 * extents.smallest_part);
-    summary_.size = options_.size.value_or(extents.all / 20);
+    summary_.size = options_.size.value_or(options_.size_field.empty() ? extents.all / 20 : field_.largest());
     std::vector<meshing::GroupRule> rules;
     for (const std::string& text : options_.groups) rules.push_back(meshing::parse_group(text));
     groups_.emplace(result_.part_names, std::move(rules), complex.points,
@@ -103,7 +104,14 @@ class SolverMeshMaker {
   MadeSolverMesh made_;
   MeshSummary& summary_ = made_.summary;
   io::SolverMesh& mesh_ = made_.mesh;
+  const meshing::SizeField field_ = field_of(options_.size_field);
   std::optional<meshing::Groups> groups_;
+
+  static meshing::SizeField field_of(const std::vector<std::array<double, 4>>& rows) {
+    std::vector<meshing::SizeField::Entry> entries;
+    for (const auto& [x, y, z, size] : rows) entries.push_back({{x, y, z}, size});
+    return meshing::SizeField(std::move(entries));
+  }
 
   void tell_what_is_left_out() {
     const supersteps::RunReport& report = result_.report;
@@ -134,7 +142,7 @@ class SolverMeshMaker {
   void make_tetrahedra(const Complex& complex) {
     const auto start = Clock::now();
     mesh_.tetrahedra = meshing::tetrahedra_of(complex);
-    meshing::ShapeOptions options{summary_.clean, summary_.size, sizes_of_parts()};
+    meshing::ShapeOptions options{summary_.clean, summary_.size, sizes_of_parts(), field_, options_.growth};
     const double before = total(meshing::volumes_of(mesh_.tetrahedra, 0));
     const meshing::ShapeReport shaped = meshing::shape(mesh_.tetrahedra, options);
     if (shaped.turned > 0)

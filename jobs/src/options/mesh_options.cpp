@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/io/inputs/size_field.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
 #include "bsp2/meshing/groups/groups.hpp"
 #include "options/checks.hpp"
@@ -48,6 +49,17 @@ void add_mesh_options(CLI::App& app, MeshText& text) {
       ->allow_extra_args(false)
       ->type_name("NAME=H")
       ->group(group);
+  app.add_option("--size-field", text.size_field,
+                 "sizes by place: lines of x y z and a length, of which\nthe nearest counts; nowhere above "
+                 "--size")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_option("--growth", text.growth,
+                 "by which share of the distance edges may grow from\nwhere they are short")
+      ->check(is_number(0.05, 10.0, "0.05 .. 10"))
+      ->type_name("G")
+      ->capture_default_str()
+      ->group(group);
   app.add_option("--clean", text.clean,
                  "absorb what is shorter, by moves of so much at most\n(default: a millionth of the smallest "
                  "part's size)")
@@ -85,6 +97,8 @@ MeshCommand mesh_command(const MeshText& text) {
                 "'");
   options.clean = text.clean;
   options.size = text.size;
+  if (!text.size_field.empty()) options.size_field = io::read_size_field(text.size_field);
+  options.growth = text.growth;
   for (const std::string& each : text.part_sizes) options.part_sizes.push_back(part_size(each));
   for (const std::string& each : text.groups) meshing::parse_group(each);  // it is told now if it is wrong
   options.groups = text.groups;
@@ -94,7 +108,8 @@ MeshCommand mesh_command(const MeshText& text) {
     throw Error(
         "--element-order 2: only tetrahedra in .msh, .inp, .xdmf and .vtu files may have points in the "
         "middle of edges");
-  if (options.polyhedra && (options.size.value_or(0) > 0 || !options.part_sizes.empty()))
+  if (options.polyhedra &&
+      (options.size.value_or(0) > 0 || !options.part_sizes.empty() || !options.size_field.empty()))
     throw Error("--size: polyhedra are the cells as they are; add --type tetrahedra");
   return command;
 }

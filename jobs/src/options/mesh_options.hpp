@@ -26,9 +26,10 @@ struct MeshCommand {
 
 /// Options of the command as they are typed.
 struct MeshText {
-  std::string input, output, type, version = "4.1";
+  std::string input, output, type, size_field, version = "4.1";
   std::vector<std::string> part_sizes, groups;
   std::optional<double> clean, size;
+  double growth = SolverMeshOptions{}.growth;
   int order = 1;
 };
 

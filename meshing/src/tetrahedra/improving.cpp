@@ -257,7 +257,7 @@ class Shaping {
           editor_.at(t).part >= 0 && part < options_.size_of_part.size() && options_.size_of_part[part] > 0;
       size = std::min(size, is_own ? options_.size_of_part[part] : options_.size);
     }
-    return size;
+    return options_.field.is_empty() ? size : std::min(size, options_.field.at(editor_.point(p)));
   }
 
   /// As the user wants it, but where the solid is finer: there short edges go over to long ones.

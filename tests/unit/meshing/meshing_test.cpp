@@ -6,6 +6,7 @@
 #include <array>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <vector>
@@ -295,6 +296,51 @@ TEST(Shape, ABlockOfOneSizeIsGood) {
   const Quality quality = quality_of(mesh);
   EXPECT_GT(quality.smallest_angle, 5);
   EXPECT_LT(quality.tetrahedra_below[2], mesh.tetrahedra.size() / 100);
+}
+
+TEST(SizeField, IsThatOfTheNearestPoint) {
+  const std::uint64_t seed = dataflow::new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  EXPECT_EQ(SizeField().at({1, 2, 3}), std::numeric_limits<double>::infinity());
+  for (int round = 0; round < samples::rounds(50); ++round) {
+    std::vector<SizeField::Entry> entries;
+    const auto place = [&]() -> Point {  // on a grid, so that several are as near, or the same
+      return {1.0 * dataflow::pick(random, -3, 3), 1.0 * dataflow::pick(random, -3, 3),
+              0.5 * dataflow::pick(random, -3, 3)};
+    };
+    for (int i = dataflow::pick(random, 1, 60); i > 0; --i)
+      entries.push_back({place(), 0.125 * dataflow::pick(random, 1, 9)});
+    const SizeField field(entries);
+    for (int i = 0; i < 20; ++i) {
+      const Point at = place();
+      std::pair<double, double> nearest{1e300, 0};
+      for (const auto& [p, size] : entries) {
+        double squared = 0;
+        for (std::size_t k = 0; k < 3; ++k) squared += (p[k] - at[k]) * (p[k] - at[k]);
+        nearest = std::min(nearest, {squared, size});
+      }
+      ASSERT_EQ(field.at(at), nearest.second);
+    }
+  }
+}
+
+TEST(Shape, EdgesAreAsLongAsTheFieldSays) {
+  const auto solid = solid_of(model::cuboid({8, 2, 2}, false));
+  Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+  const SizeField field({{{0, 1, 1}, 0.4}, {{8, 1, 1}, 1.0}});
+  shape(mesh, {.clean = 1e-6, .size = 1, .field = field});
+  check_tetrahedra(mesh, solid.volume, 1e-9 * solid.volume);
+  std::array<double, 2> sum{};
+  std::array<int, 2> count{};
+  for (const auto& t : mesh.tetrahedra) {
+    const Point &a = mesh.points[t[0]], &b = mesh.points[t[1]];
+    if (std::fabs(a[0] - 4) < 2.5) continue;  // in between, where sizes go over
+    sum[a[0] > 4] += std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    ++count[a[0] > 4];
+  }
+  EXPECT_NEAR(sum[0] / count[0], 0.4, 0.15);
+  EXPECT_NEAR(sum[1] / count[1], 1.0, 0.35);
 }
 
 TEST(Groups, AreNamedByPartAndByRule) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bsp2/meshing/complex/complex.hpp"
+#include "bsp2/meshing/sizes/size_field.hpp"
 
 namespace bsp2::meshing {
 
@@ -38,6 +39,7 @@ struct ShapeOptions {
   double clean = 0;  ///< what is shorter is absorbed by moves of at most this in all; 0: nothing
   double size = 0;   ///< wanted length of edges; 0: the cells' own tetrahedra stay, but for `clean`
   std::vector<double> size_of_part;  ///< by part; 0 or missing: `size`
+  SizeField field;                   ///< nor longer than this, where it is not empty
   double growth = 0.6;  ///< by which share of the distance edges may be longer than those they lead to
 };
 

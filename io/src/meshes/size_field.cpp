@@ -1,0 +1,51 @@
+#include "bsp2/io/inputs/size_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <string>
+
+#include "bsp2/geometry/support/error.hpp"
+
+namespace bsp2::io {
+namespace {
+
+using Row = std::array<double, 4>;
+
+/// Four numbers and nothing else.
+std::optional<Row> row_of(const std::string& line) {
+  std::istringstream words(line);
+  Row row;
+  for (double& x : row)
+    if (!(words >> x) || !std::isfinite(x)) return std::nullopt;
+  std::string more;
+  return words >> more ? std::nullopt : std::optional(row);
+}
+
+}  // namespace
+
+std::vector<Row> read_size_field(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) throw Error("cannot read '" + path.string() + "'");
+  std::vector<Row> rows;
+  std::size_t number = 0, filled = 0;
+  for (std::string line; std::getline(file, line);) {
+    ++number;
+    line.resize(std::min(line.find('#'), line.size()));
+    std::replace(line.begin(), line.end(), ',', ' ');
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const bool may_be_heading = ++filled == 1;
+    const auto row = row_of(line);
+    if (row && row->back() > 0)
+      rows.push_back(*row);
+    else if (row || !may_be_heading)
+      throw Error(path.string() + ":" + std::to_string(number) +
+                  ": a line is x y z and a length above 0, not '" + line + "'");
+  }
+  if (rows.empty()) throw Error(path.string() + ": no line has x y z and a length");
+  return rows;
+}
+
+}  // namespace bsp2::io
