@@ -88,7 +88,9 @@ ImportedMesh import_amf(std::string_view bytes, const std::filesystem::path& pat
     zip = open_zip(bytes, path);
     entry = zip->open_first(".amf");
     if (!entry) throw Error(path.string() + ": there is nothing to read in this zip file");
-    read = [&entry](char* buffer, int size) { return entry->read(buffer, size); };
+    read = [&entry, unpacking = Unpacking(bytes.size(), path.string())](char* buffer, int size) mutable {
+      return unpacking.read(*entry, buffer, size);
+    };
   }
   XmlStream xml(std::move(read), path.string());
   return AmfReader(xml).read();

@@ -1,4 +1,8 @@
+#include <algorithm>
 #include <charconv>
+#include <iterator>
+#include <optional>
+#include <utility>
 
 #include "import/imports.hpp"
 #include "import/text_cursor.hpp"
@@ -20,12 +24,38 @@ std::uint32_t point_of(std::string_view word, std::size_t points, const TextCurs
   return static_cast<std::uint32_t>(index - 1);
 }
 
+/// What else there is in such a file: it does not bound a solid. Source: the format's specification 3.0.
+bool is_passed_over(std::string_view keyword) {
+  constexpr std::string_view keywords[] = {
+      "vt",     "vn",     "vp",     "p",      "l",        "o",          "g",        "s",    "mg",
+      "usemtl", "mtllib", "usemap", "maplib", "bevel",    "lod",        "cstype",   "deg",  "bmat",
+      "step",   "curv",   "curv2",  "surf",   "parm",     "trim",       "hole",     "scrv", "sp",
+      "end",    "con",    "ctech",  "stech",  "c_interp", "d_interp",   "call",     "csh",  "fo",
+      "bsp",    "bzp",    "cdc",    "cdp",    "res",      "shadow_obj", "trace_obj"};
+  return std::find(std::begin(keywords), std::end(keywords), keyword) != std::end(keywords);
+}
+
+/// The first line that is not understood; files may have some of their own, beside a mesh.
+class UnreadLine {
+ public:
+  void note(const TextCursor& text, std::string_view keyword) {
+    if (!first_) first_.emplace(text, keyword);
+  }
+  /// @throws bsp2::Error if there is one.
+  void refuse() const {
+    if (first_) first_->first.fail_at(first_->second, "'v', 'f' or another keyword of OBJ files");
+  }
+
+ private:
+  std::optional<std::pair<TextCursor, std::string_view>> first_;
+};
+
 }  // namespace
 
-/// What else there is in such a file (normals, textures, materials, lines) does not bound a solid.
 ImportedMesh import_obj(std::string_view bytes, const std::filesystem::path& path) {
   TextCursor text(bytes, path, '#');
   ImportedMesh mesh;
+  UnreadLine unread;
   std::vector<std::uint32_t> corners;
   const auto next = [&] {  // a backslash at the end of a line continues it
     std::string_view word = text.word();
@@ -44,8 +74,11 @@ ImportedMesh import_obj(std::string_view bytes, const std::filesystem::path& pat
         corners.push_back(point_of(word, mesh.points.size(), text));
       if (corners.size() < 3) text.fail("a face of fewer than three corners");
       mesh.add_face(corners);
+    } else if (!keyword.empty() && !is_passed_over(keyword)) {
+      unread.note(text, keyword);
     }
   } while (text.end_line());
+  if (mesh.faces.size() == 0) unread.refuse();
   return mesh;
 }
 

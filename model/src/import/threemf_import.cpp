@@ -68,7 +68,7 @@ std::string without_slash(std::string_view name) {
 class PackageReader {
  public:
   PackageReader(std::string_view bytes, const std::filesystem::path& path)
-      : zip_(open_zip(bytes, path)), path_(path) {}
+      : zip_(open_zip(bytes, path)), path_(path), unpacking_(bytes.size(), path.string()) {}
 
   ImportedParts read() {
     const std::string root = root_part();
@@ -127,7 +127,7 @@ class PackageReader {
   void read_part(const std::string& part) {
     const std::unique_ptr<ZipFile::Entry> entry = zip_->open(part);
     if (!entry) throw Error(path_.string() + ": there is no " + part + " in this 3MF file");
-    XmlStream xml([&](char* buffer, int size) { return entry->read(buffer, size); },
+    XmlStream xml([&](char* buffer, int size) { return unpacking_.read(*entry, buffer, size); },
                   path_.string() + ": " + part);
     if (!xml.next() || xml.name() != "model") xml.fail("expected the element 'model'");
     Object* object = nullptr;
@@ -309,6 +309,7 @@ class PackageReader {
 
   std::unique_ptr<ZipFile> zip_;
   const std::filesystem::path& path_;
+  Unpacking unpacking_;
   std::vector<std::string> parts_;  // the first is the root; read in this order
   std::map<ObjectName, Object> objects_;
   std::map<ObjectName, std::vector<std::optional<Colour>>> groups_;

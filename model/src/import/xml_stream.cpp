@@ -40,7 +40,13 @@ XmlStream::XmlStream(Read read, std::string name)
 }
 
 int XmlStream::read(void* context, char* buffer, int size) {
-  return static_cast<XmlStream*>(context)->read_(buffer, size);
+  auto& self = *static_cast<XmlStream*>(context);
+  try {
+    return self.read_(buffer, size);
+  } catch (...) {  // not through the parser, which is C
+    self.thrown_ = std::current_exception();
+    return -1;
+  }
 }
 
 void XmlStream::note_error(void* context, const char* message, xmlParserSeverities severity,
@@ -57,6 +63,7 @@ bool XmlStream::next() {
   }
   while (true) {
     const int got = xmlTextReaderRead(reader_.get());
+    if (thrown_) std::rethrow_exception(thrown_);
     if (got == 0 && problem_.empty()) return false;
     if (got <= 0 || !problem_.empty())
       fail("this is no XML: " + (problem_.empty() ? "the text cannot be read" : problem_));

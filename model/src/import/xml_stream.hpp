@@ -2,6 +2,7 @@
 
 #include <libxml/xmlreader.h>
 
+#include <exception>
 #include <functional>
 #include <memory>
 #include <string>
@@ -14,7 +15,8 @@ namespace bsp2::model {
 class XmlStream {
  public:
   enum class Event : std::uint8_t { begin, text, end };
-  /// Fills a buffer; gives the number of bytes, 0 at the end, < 0 for an error.
+  /// Fills a buffer; gives the number of bytes, 0 at the end, < 0 for an error. What it throws, `next`
+  /// throws.
   using Read = std::function<int(char*, int)>;
 
   /// @param name the name of the text in messages.
@@ -45,6 +47,7 @@ class XmlStream {
 
   Read read_;
   std::string text_name_, problem_;
+  std::exception_ptr thrown_;
   std::unique_ptr<xmlTextReader, void (*)(xmlTextReader*)> reader_;
   Event event_ = Event::text;
   std::string_view name_;

@@ -1,5 +1,6 @@
 #include "import/zip_file.hpp"
 
+#include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/module.hpp"
 #include "import/zip_module.hpp"
 
@@ -7,6 +8,17 @@ namespace bsp2::model {
 
 std::unique_ptr<ZipFile> open_zip(std::string_view bytes, const std::filesystem::path& path) {
   return loaded_module<ZipModule>(BSP2_MODULE_LAYOUT).open_zip(bytes, path);
+}
+
+int Unpacking::read(ZipFile::Entry& entry, char* buffer, int size) {
+  const int got = entry.read(buffer, size);
+  if (got <= 0) return got;
+  if (static_cast<std::size_t>(got) > left_)
+    throw Error(name_ + ": is more than " + std::to_string(most_times) +
+                " times as long once it is unpacked, as no file of a solid is, but one that is made to fill "
+                "the memory");
+  left_ -= static_cast<std::size_t>(got);
+  return got;
 }
 
 std::optional<std::string> ZipFile::text(const std::string& name, std::size_t most) const {

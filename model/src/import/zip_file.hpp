@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace bsp2::model {
 
@@ -30,6 +32,23 @@ class ZipFile {
 };
 
 [[nodiscard]] inline bool is_zip(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
+
+/// How much text may come out of one zip file, all its entries together: as much as solids that somebody made
+/// take, and not as much as fits into the densest zip file, a thousand times its size.
+class Unpacking {
+ public:
+  static constexpr std::size_t always = std::size_t{16} << 20,
+                               most_times = 200;  // what we write is 6 times as long
+
+  Unpacking(std::size_t zipped, std::string name)
+      : left_(std::max(always, most_times * zipped)), name_(std::move(name)) {}
+  /// As the entry's own. @throws bsp2::Error once there is more.
+  int read(ZipFile::Entry& entry, char* buffer, int size);
+
+ private:
+  std::size_t left_;
+  std::string name_;
+};
 
 /// @param bytes outlive the result. @throws bsp2::Error if they are no zip file.
 std::unique_ptr<ZipFile> open_zip(std::string_view bytes, const std::filesystem::path& path);

@@ -16,6 +16,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
+#include "import/zip_file.hpp"
 #include "model/helpers.hpp"
 #include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"
@@ -335,6 +336,9 @@ TEST_F(MeshFile, ErrorsSayWhere) {
   EXPECT_EQ(message("m.obj", "v 0 0 0\nf 1 -2 3\n"),
             ":2: a face names point -2, but there are 1 so far, the first being 1");
   EXPECT_EQ(message("m.obj", "v 0 0\n"), ":1: expected a coordinate, found the end of the line");
+  EXPECT_EQ(message("m.obj", "# x\nmtllib a.mtl\n\n\x01 noise\nmore\n"),
+            ":4: expected 'v', 'f' or another keyword of OBJ files, found '?'");
+  EXPECT_EQ(message("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nof_its_own 7\nf 1 2 3\n"), "no error");
   EXPECT_EQ(message("m.ply", "ply\nformat binary 1.0\n"),
             ":2: expected 'ascii', 'binary_little_endian' or 'binary_big_endian', found 'binary'");
   EXPECT_EQ(
@@ -443,6 +447,79 @@ TEST_F(MeshFile, PackagesCannotFillTheMemory) {
   EXPECT_NE(message("a.3mf", package(itself, "<item objectid=\"1\"/>"))
                 .find("names object 1, which has not been told of"),
             std::string::npos);
+}
+
+/// Entities in entities, ten each, files that are elsewhere, and what names itself: none of it is unfolded or
+/// read.
+TEST_F(MeshFile, XmlCannotFillTheMemory) {
+  std::string entities = "<!ENTITY e0 \"0000000000\">";
+  for (int i = 1; i < 12; ++i) {
+    const std::string before = "&e" + std::to_string(i - 1) + ";";
+    entities += "<!ENTITY e" + std::to_string(i) + " \"";
+    for (int k = 0; k < 10; ++k) entities += before;
+    entities += "\">";
+  }
+  const auto with = [](const std::string& declarations, const std::string& word) {
+    return "<!DOCTYPE amf [" + declarations + "]><amf><object><mesh><vertices><vertex><coordinates><x>" +
+           word + "</x></coordinates></vertex></vertices></mesh></object></amf>";
+  };
+  const std::string number = ":1: expected a number, found ''";
+  const std::vector<std::pair<std::string, std::string>> texts{
+      {with(entities, "&e11;"), ":1: this is no XML: "},
+      {with("<!ENTITY a \"&b;\"><!ENTITY b \"&a;\">", "&a;"), ":1: this is no XML: "},
+      {with("<!ENTITY a SYSTEM \"file:///dev/zero\">", "&a;"), number},
+      {with("<!ENTITY a \"1\">", "&b;"), ":1: this is no XML: Entity 'b' not defined"}};
+  for (const auto& [text, expected] : texts) {
+    EXPECT_EQ(message("m.amf", text).substr(0, expected.size()), expected) << text.substr(0, 200);
+    EXPECT_EQ(message("m.amf", zipped(folder_.path(), {{"m.amf", text}})).substr(0, expected.size()),
+              expected);
+  }
+}
+
+/// A thousand times as long as the file: elements that take memory, and others.
+TEST_F(MeshFile, ZipFilesCannotFillTheMemory) {
+  const auto many = [](std::string_view piece) {
+    std::string text;
+    while (text.size() <= Unpacking::always) text += piece;
+    return text;
+  };
+  const std::string expected = ": is more than 200 times as long once it is unpacked";
+  const std::string bytes =
+      package("<object id=\"1\"><mesh><vertices>" + many("<vertex x=\"0\" y=\"0\" z=\"0\"/>"), "");
+  ASSERT_LT(bytes.size(), Unpacking::always / Unpacking::most_times);
+  EXPECT_EQ(message("m.3mf", bytes).substr(0, expected.size()), expected);
+  const std::string amf = zipped(folder_.path(), {{"m.amf", "<amf><object>" + many("<x>1 </x>")}});
+  EXPECT_EQ(message("m.amf", amf).substr(0, expected.size()), expected);
+}
+
+/// Nothing is looked for outside of the package, and what is in it is no zip file again.
+TEST_F(MeshFile, NamesInPackagesStayInThem) {
+  const std::string inner = package("", "");
+  const std::string above =
+      "<Relationships><Relationship Target=\"/../../etc/passwd\" Type=\"/3dmodel\"/></Relationships>";
+  EXPECT_EQ(message("m.3mf", zipped(folder_.path(),
+                                    {{"_rels/.rels", above}, {"3D/3dmodel.model", model_3mf("", "")}})),
+            ": there is no ../../etc/passwd in this 3MF file");
+  EXPECT_EQ(message("m.3mf", zipped(folder_.path(), {{"3D/3dmodel.model", inner}}))
+                .find(": 3D/3dmodel.model:1: this is no XML"),
+            0U);
+  EXPECT_EQ(message("m.amf", zipped(folder_.path(), {{"m.amf", inner}})).find(":1: this is no XML"), 0U);
+}
+
+/// Wherever a package is cut off, and whatever its directory says of how much there is.
+TEST_F(MeshFile, DirectoriesOfZipFilesAreNotTrusted) {
+  const std::string whole = package("", "");
+  for (std::size_t size = 4; size < whole.size(); ++size)
+    EXPECT_EQ(message("m.3mf", whole.substr(0, size)).find(": is no zip file, or a damaged one"), 0U) << size;
+  const std::size_t directory = whole.find("PK\1\2"), last = whole.find("PK\5\6");
+  ASSERT_NE(last, std::string::npos);
+  for (const std::size_t at :
+       {last + 8, last + 10, last + 12, last + 16, directory + 20, directory + 24, directory + 42}) {
+    std::string damaged = whole;
+    damaged.replace(at, 2, "\xff\x7f");
+    const std::string text = message("m.3mf", damaged);
+    EXPECT_TRUE(text == "no error" || text.starts_with(": ")) << at << ' ' << text;
+  }
 }
 
 }  // namespace
