@@ -38,6 +38,7 @@
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "occt/round_shapes.hpp"
 #include "occt/shapes.hpp"
 #include "outputs/modules.hpp"
 
@@ -51,8 +52,9 @@ void silence() { Message::DefaultMessenger()->ChangePrinters().Clear(); }
 using PartShapes = std::map<std::int32_t, TopoDS_Shape>;
 
 /// The pieces of each part, by its number.
-PartShapes parts_of(const geometry::Brep& brep, const Shapes& shapes) {
+PartShapes parts_of(const geometry::Brep& brep, const Shapes& shapes, const RoundShapes& rounds) {
   std::map<std::int32_t, std::vector<TopoDS_Shape>> pieces;
+  for (const auto& [part, solid] : rounds.solids) pieces[part].push_back(solid);
   for (std::size_t i = 0; i < shapes.solids.size(); ++i)
     if (!shapes.solids[i].IsNull()) pieces[brep.solids[i].part].push_back(shapes.solids[i]);
   PartShapes parts;
@@ -167,16 +169,18 @@ bool write_brep(const fs::path& path, const PartShapes& of_parts, const Handle(S
   return BRepTools::Write(all, path.c_str(), stop->Start());
 }
 
-CadRemarks write(const fs::path& path, CadFormat format, const geometry::Brep& brep, const CadParts& parts,
+CadRemarks write(const fs::path& path, CadFormat format, const geometry::Brep& brep,
+                 std::span<const geometry::RoundSolid> round_solids, const CadParts& parts,
                  bool (*is_over)()) {
   static std::mutex one_at_a_time;  // Open CASCADE's settings and documents are those of the process
   const std::lock_guard lock(one_at_a_time);
   try {
     silence();
-    const Shapes shapes = shapes_of(brep, is_over);
-    CadRemarks remarks{false, shapes.short_edges, shapes.thin_solids};
+    const RoundShapes rounds = round_shapes(brep, round_solids);
+    const Shapes shapes = shapes_of(brep, rounds.others, is_over);
+    CadRemarks remarks{false, shapes.short_edges, shapes.thin_solids, rounds.solids.size()};
     if (is_over()) return remarks;
-    const PartShapes of_parts = parts_of(brep, shapes);
+    const PartShapes of_parts = parts_of(brep, shapes, rounds);
     const Handle(Stop) stop = new Stop(is_over);
     switch (format) {
       case CadFormat::step:

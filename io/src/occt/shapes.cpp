@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -30,8 +31,9 @@ const double a_point = Precision::Confusion();
 
 class ShapeMaker {
  public:
-  ShapeMaker(const Brep& brep, bool (*is_over)())
+  ShapeMaker(const Brep& brep, const std::vector<bool>& wanted, bool (*is_over)())
       : brep_(brep),
+        wanted_(wanted),
         is_over_(is_over),
         place_of_use_(brep.uses.size()),
         vertex_(brep.points.size()),
@@ -39,11 +41,11 @@ class ShapeMaker {
         edges_(brep.uses.size()) {
     for (std::uint32_t place = 0; place < brep.uses_of_edges.size(); ++place)
       place_of_use_[brep.uses_of_edges[place]] = place;
-    for (const Brep::Edge& edge : brep.edges)
-      if (point(edge.ends[0]).Distance(point(edge.ends[1])) <= a_point) {
-        vertex_.unite(edge.ends[0], edge.ends[1]);
-        ++shapes_.short_edges;
-      }
+    std::set<std::uint32_t> short_edges;
+    for (const Brep::Shell& shell : brep.shells)
+      if (wanted[shell.solid])
+        for (const Brep::Side& side : brep.sides_of(shell)) unite_ends(brep.faces[side.face], short_edges);
+    shapes_.short_edges = short_edges.size();
     for (const Brep::Face& face : brep.faces) unite_corners(face);
     for (const Brep::Shell& shell : brep.shells)
       for (const Brep::Side& side : brep.sides_of(shell)) wires_of(side);
@@ -51,8 +53,12 @@ class ShapeMaker {
 
   /// @return what there is when it is to end.
   Shapes run() {
-    for (const Brep::Solid& of : brep_.solids) {
-      if (is_over_()) break;
+    for (std::size_t number = 0; number < brep_.solids.size() && !is_over_(); ++number) {
+      const Brep::Solid& of = brep_.solids[number];
+      if (!wanted_[number]) {
+        shapes_.solids.emplace_back();
+        continue;
+      }
       TopoDS_Solid shape;
       builder_.MakeSolid(shape);
       bool is_there = false;
@@ -79,6 +85,7 @@ class ShapeMaker {
   using Sides = std::vector<Side>;
 
   const Brep& brep_;
+  const std::vector<bool>& wanted_;
   bool (*is_over_)();
   BRep_Builder builder_;
   Shapes shapes_;
@@ -90,6 +97,17 @@ class ShapeMaker {
   [[nodiscard]] gp_Pnt point(std::uint32_t number) const {
     const auto& p = brep_.points[number];
     return {p[0], p[1], p[2]};
+  }
+
+  /// Ends of edges that are one point.
+  void unite_ends(const Brep::Face& face, std::set<std::uint32_t>& short_edges) {
+    for (const Brep::Loop& loop : brep_.loops_of(face))
+      for (const Brep::Use& use : brep_.uses_of(loop)) {
+        const auto& [from, to] = brep_.edges[use.edge].ends;
+        if (point(from).Distance(point(to)) > a_point) continue;
+        vertex_.unite(from, to);
+        short_edges.insert(use.edge);
+      }
   }
 
   /// Corners of a face that are one point: where it is a line, between an outline and its hole or along a
@@ -257,6 +275,8 @@ class ShapeMaker {
 
 }  // namespace
 
-Shapes shapes_of(const Brep& brep, bool (*is_over)()) { return ShapeMaker(brep, is_over).run(); }
+Shapes shapes_of(const Brep& brep, const std::vector<bool>& wanted, bool (*is_over)()) {
+  return ShapeMaker(brep, wanted, is_over).run();
+}
 
 }  // namespace bsp2::io

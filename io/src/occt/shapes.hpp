@@ -18,7 +18,9 @@ struct Shapes {
 
 /// Edges that Open CASCADE takes for points are points: their ends are one vertex, and faces that become
 /// lines go, as one between an outline and a hole that is as large.
+/// @param wanted which solids are to be made; none is in the place of the others.
 /// @param is_over asked before each face; once it says so, what follows is not made.
-[[nodiscard]] Shapes shapes_of(const geometry::Brep& brep, bool (*is_over)());
+[[nodiscard]] Shapes shapes_of(const geometry::Brep& brep, const std::vector<bool>& wanted,
+                               bool (*is_over)());
 
 }  // namespace bsp2::io

@@ -5,12 +5,14 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "bsp2/geometry/support/module.hpp"
 #include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/geometry/surface/brep.hpp"
+#include "bsp2/geometry/surface/round_solid.hpp"
 #include "bsp2/io/outputs/sheet.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/surface.hpp"
@@ -76,6 +78,7 @@ using CadParts = std::map<std::int32_t, CadPart>;  ///< by number
 struct CadRemarks {
   bool is_written = false;
   std::uint64_t short_edges = 0, thin_solids = 0;  ///< that have become points, and nothing
+  std::uint64_t true_surfaces = 0;                 ///< solids that have them
 };
 
 /// What bsp2-occt does: see write_cad.
@@ -84,7 +87,7 @@ struct OcctModule {
   /// @param is_over whether somebody wants it to end; then the file is not written.
   /// @throws Error if the shapes cannot be made.
   CadRemarks (*write)(const std::filesystem::path& path, CadFormat format, const geometry::Brep& brep,
-                      const CadParts& parts, bool (*is_over)());
+                      std::span<const geometry::RoundSolid> rounds, const CadParts& parts, bool (*is_over)());
 };
 
 /// What bsp2-pdf does.

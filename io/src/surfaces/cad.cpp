@@ -29,10 +29,12 @@ std::string bytes_of(const fs::path& path) {
   return bytes;
 }
 
-CadParts cad_parts(const geometry::Brep& brep, const PartLabels& labels) {
+CadParts cad_parts(const geometry::Brep& brep, std::span<const geometry::RoundSolid> rounds,
+                   const PartLabels& labels) {
   CadParts parts;
-  for (const geometry::Brep::Solid& solid : brep.solids)
-    parts[solid.part] = {labels.name(solid.part), labels.colour(solid.part)};
+  const auto add = [&](std::int32_t part) { parts[part] = {labels.name(part), labels.colour(part)}; };
+  for (const geometry::Brep::Solid& solid : brep.solids) add(solid.part);
+  for (const geometry::RoundSolid& solid : rounds) add(solid.part);
   return parts;
 }
 
@@ -46,23 +48,28 @@ std::vector<std::string> notes_of(const fs::path& path, const CadRemarks& remark
                             "for [a point; it is a point|points; they are points] in the file"));
   if (const auto count = remarks.thin_solids; count > 0)
     notes.push_back(path.string() + counted(count, ": # solid[s] [is|are] thinner than 1e-7, and left out"));
+  if (const auto count = remarks.true_surfaces; count > 0)
+    notes.push_back(path.string() +
+                    counted(count,
+                            ": # round solid[s] that [touches|touch] nothing else [has its|have "
+                            "their] true surface[s], not that of [its|their] cells"));
   return notes;
 }
 
 }  // namespace
 
 std::vector<std::string> write_cad(const fs::path& path, const geometry::Brep& brep,
-                                   const SurfaceParts& parts) {
+                                   const SurfaceParts& parts, std::span<const geometry::RoundSolid> rounds) {
   check_surface_file(path);
-  if (brep.solids.empty())
+  if (brep.solids.empty() && rounds.empty())
     throw Error("cannot write '" + path.string() +
                 "': the solid is empty, which files for CAD programs cannot hold");
   // Open CASCADE writes to a path; whole or not at all is ours.
   const TemporaryDirectory folder(folder_of(path));
   const fs::path part = folder.path() / path.filename();
-  const CadRemarks remarks = occt_module().write(part, format_of(path), brep,
-                                                 cad_parts(brep, PartLabels(parts, path.stem().string())),
-                                                 geometry::Interruption::is_wanted);
+  const CadRemarks remarks = occt_module().write(
+      part, format_of(path), brep, rounds, cad_parts(brep, rounds, PartLabels(parts, path.stem().string())),
+      geometry::Interruption::is_wanted);
   if (geometry::Interruption::is_over()) throw geometry::Interrupted();
   if (!remarks.is_written)
     throw Error("cannot write '" + path.string() + "': the disk is full, or Open CASCADE cannot write it");

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "bsp2/dataflow/surface/surface.hpp"
+#include "bsp2/dataflow/surface/untouched.hpp"
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
@@ -361,6 +362,7 @@ void add_looks(RunResult& result, const dataflow::Network<D>& network,
   if constexpr (D == 3) {
     auto round = std::make_shared<const RoundFaces>(network);
     if (!round->is_empty()) result.round_faces = std::move(round);
+    result.untouched_rounds = dataflow::untouched_rounds(network);
   }
   if (network.bounds.is_empty()) return;
   result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());

@@ -237,7 +237,7 @@ void write_boundary(RunResult& result, const std::filesystem::path& path, std::o
   io::SurfaceRemarks remarks;
   const io::SurfaceFormat* format = io::surface_format(path);
   if (format != nullptr && format->has_faces) {
-    remarks.notes = io::write_cad(path, result.faces.value(), parts_of(result));
+    remarks.notes = io::write_cad(path, result.faces.value(), parts_of(result), result.untouched_rounds);
     if (!result.faces->is_closed)
       remarks.warning =
           path.string() +

@@ -41,6 +41,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/dataflow/surface/untouched.hpp"
 #include "bsp2/geometry/surface/brep.hpp"
 #include "bsp2/io/outputs/cad.hpp"
 #include "resolution/resolved.hpp"
@@ -268,6 +269,99 @@ TEST(Cad, TellsOfEdgesThatCadProgramsTakeForPoints) {
   ASSERT_EQ(notes.size(), 2U);
   EXPECT_NE(notes[0].find("4 edges are shorter than 1e-7"), std::string::npos) << notes[0];
   EXPECT_NE(notes[1].find("1 solid is thinner than 1e-7, and left out"), std::string::npos) << notes[1];
+}
+
+/// A turn by random angles, longer by `scale`, to a place.
+model::Expression turned(std::mt19937& random, const std::array<double, 3>& to, double scale,
+                         const model::Expression& e) {
+  std::uniform_real_distribution<double> angle(0, 2 * std::numbers::pi);
+  const double a = angle(random), b = angle(random), sa = scale * std::sin(a), ca = scale * std::cos(a);
+  return model::transform(std::vector<double>{ca, -sa * std::cos(b), sa * std::sin(b), to[0], sa,
+                                              ca * std::cos(b), -ca * std::sin(b), to[1], 0,
+                                              scale * std::sin(b), scale * std::cos(b), to[2], 0, 0, 0, 1},
+                          e);
+}
+
+struct Round {
+  model::Expression solid;
+  double volume;
+};
+
+/// Of a size below 6.
+Round random_round(std::mt19937& random) {
+  std::uniform_real_distribution<double> size(0.5, 2);
+  const double r = size(random), h = size(random), other = r * (size(random) - 0.5) / 1.6;
+  switch (random() % 4) {
+    case 0:
+      return {model::ball(3, r), 4 * std::numbers::pi / 3 * r * r * r};
+    case 1:
+      return {model::round_cylinder(2, r, {h}), std::numbers::pi * r * r * h};
+    case 2:
+      return {model::cone(h, other, r), std::numbers::pi / 3 * h * (r * r + r * other + other * other)};
+    default:
+      return {model::torus(r, 0.3 * r), 2 * std::numbers::pi * std::numbers::pi * r * 0.09 * r * r};
+  }
+}
+
+/// By formulas, however coarse its cells are; beside it are a cube, and round solids that are not as they
+/// were: a ball that is cut, one that is stretched and one that something touches keep the faces of their
+/// cells.
+TEST(Cad, WhatIsRoundAndUntouchedHasItsTrueSurface) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  for (int round = 0; round < samples::rounds(2); ++round) {
+    const double scale = 0.25 * (1 + static_cast<double>(random() % 8));
+    const auto [solid, volume] = random_round(random);
+    const auto again = random_round(random);
+    const auto stretched = model::transform(
+        std::vector<double>{1, 0, 0, -20, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::ball(3, 1));
+    const auto moved = [](double x, double y, const model::Expression& e) {
+      return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, 0, 0, 0, 0, 1}, e);
+    };
+    const auto e = model::unite({turned(random, {20, 0, 0}, scale, solid),
+                                 turned(random, {0, 20, 0}, 1, again.solid), at(-3, -3, 0, 1), stretched,
+                                 moved(0, -20, model::subtract({model::ball(3, 1), at(0, 0, 0, 2)})),
+                                 moved(-20, -20, model::unite({model::ball(3, 1), at(0, 0, 0, 2)}))});
+    const Resolved r = resolved(e, {.tolerance = 0.4});
+    const auto brep = geometry::brep_of(r.network.table, skin_of(r.network, r.batches, nullptr, true));
+    const auto rounds = untouched_rounds(r.network);
+    ASSERT_EQ(rounds.size(), 2U);
+    std::vector<double> expected{volume * scale * scale * scale, again.volume};
+    for (const auto& other : brep.solids) {
+      const auto& p = brep.points[brep.from(brep.uses_of(
+          brep.loops_of(brep.faces[brep.sides_of(brep.shells[other.first_shell])[0].face])[0])[0])];
+      if (p[0] < 10 && p[1] < 10) expected.push_back(other.volume);
+    }
+    std::sort(expected.begin(), expected.end());
+    const samples::TemporaryFolder folder;
+    for (const char* name : {"solid.step", "solid.iges", "solid.brep"}) {
+      SCOPED_TRACE(name);
+      const auto notes = io::write_cad(folder.path() / name, brep, {}, rounds);
+      ASSERT_FALSE(notes.empty());
+      EXPECT_NE(notes.back().find(": 2 round solids that touch nothing else have their true surfaces"),
+                std::string::npos);
+      const auto found = volumes_in(folder.path() / name);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-9 * expected[i]);
+    }
+  }
+}
+
+/// What is said of them, and what no program can hold.
+TEST(Cad, RoundSolidsAreThereWithoutCellsUnlessTheyAreTooSmall) {
+  const samples::TemporaryFolder folder;
+  const auto rounds_of = [](const model::Expression& e) { return untouched_rounds(compile<3>(e, {})); };
+  const auto notes = io::write_cad(folder.path() / "ball.step", {}, {}, rounds_of(model::ball(3, 2)));
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find(": 1 round solid that touches nothing else has its true surface, not that"),
+            std::string::npos);
+  ASSERT_EQ(volumes_in(folder.path() / "ball.step").size(), 1U);
+  EXPECT_NEAR(volumes_in(folder.path() / "ball.step")[0], 32 * std::numbers::pi / 3, 1e-9);
+  EXPECT_TRUE(rounds_of(model::torus(1, 1)).empty()) << "it touches itself";
+  EXPECT_TRUE(rounds_of(model::unite({model::ball(3, 1), model::ball(3, 2)})).empty());
+  EXPECT_TRUE(rounds_of(model::intersect({model::ball(3, 1), at(-2, -2, -2, 4)})).empty());
+  EXPECT_EQ(rounds_of(model::unite({model::ball(3, 1), at(1.5, 0, 0, 1)})).size(), 1U);
 }
 
 }  // namespace

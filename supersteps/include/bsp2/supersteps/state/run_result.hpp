@@ -15,6 +15,7 @@
 #include "bsp2/geometry/surface/brep.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 #include "bsp2/geometry/surface/outline.hpp"
+#include "bsp2/geometry/surface/round_solid.hpp"
 #include "bsp2/supersteps/ranks/ranks.hpp"
 
 namespace bsp2::meshing {
@@ -191,6 +192,7 @@ struct RunResult {
   std::vector<std::optional<Rgba>> colour_of_primitive;  ///< as the model says; empty if it has no colours
   std::shared_ptr<const RoundFaces>
       round_faces;  ///< of pictures, D = 3; null: nothing is round. Shared: results are copied
+  std::vector<geometry::RoundSolid> untouched_rounds;  ///< of D = 3: in the solid as they are, for CAD files
   std::vector<std::string> part_names;  ///< by number; empty: nothing has a name, and the whole is part 0
   Bounds bounds;                        ///< of the model, before it is evaluated: they contain the solid
   std::optional<geometry::TriangleSurface> boundary;           ///< on the master, when asked for
