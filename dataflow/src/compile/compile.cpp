@@ -224,7 +224,7 @@ class Compiler {
   }
 
   static Box<D> image_of(const Shape<D>& shape, const Transformer<D>& placement) {
-    if (shape.round) return placement.image_of_round(shape.round->axes);
+    if (shape.ball_axes) return placement.image_of_round(*shape.ball_axes);
     return shape.rings.empty() ? placement.image(shape.bounds) : placement.image(shape.rings);
   }
 
@@ -402,9 +402,7 @@ class Compiler {
         }
         add_half_spaces(network, producer, own);
         if (producer.is_empty()) continue;
-        if (shape.round) add_round(network, producer, *shape.round, maps[i], ids);
-        if constexpr (D == 3)
-          if (shape.torus) add_torus(network, producer, *shape.torus, maps[i], ids);
+        add_round(network, producer, shape.place_round(table, maps[i], ids));
         continue;
       }
       if constexpr (D == 3) {
@@ -497,12 +495,7 @@ class Compiler {
     producer.first_plane = static_cast<std::uint32_t>(network.planes.size());
     producer.plane_count = static_cast<std::uint32_t>(planes.size());
     network.planes.insert(network.planes.end(), planes.begin(), planes.end());
-    for (const OrientedHyperplane plane : planes) {
-      const auto h = network.table.rounded(plane.id());
-      for (int axis = 0; axis < D; ++axis)
-        if (std::fabs(h.normal[axis]) > 1 - 1e-12)
-          producer.bounding_plane[axis][(h.normal[axis] > 0) != plane.flipped() ? 1 : 0] = plane.code + 1;
-    }
+    for (const OrientedHyperplane plane : planes) note_bounding_plane(network, producer, plane);
   }
 
   static void find_shared(Network<D>& network) {
@@ -516,49 +509,29 @@ class Compiler {
 
   std::vector<OrientedHyperplane> own_planes_;  // of one producer
 
-  static void check_ids(std::uint64_t needed, std::uint32_t ids) {
-    if (needed > ids)
-      throw Error(
-          "too many round solids: the hyperplanes do not suffice for all of them; leave out --curved");
-  }
-
-  void add_torus(Network<3>& network, Producer<3>& producer, double minor, std::uint32_t map,
-                 std::uint32_t ids) {
-    HyperplaneTable<3>& table = network.table;
-    const geometry::RoundFamily<3> fan(2, 1, 1, ids / 8);
-    const geometry::TorusFamily family(minor, ids - ids / 8);
-    check_ids(std::uint64_t{fan.count()} + family.count(), ids);
-    producer.kind = ProducerKind::torus;
-    producer.index = static_cast<std::uint32_t>(network.tori.size());
-    const auto first_of_fan = table.add_family(map, fan);
-    network.tori.push_back(
-        {fan, first_of_fan, family, table.add_family(map, family), table.map(map).inverse(table.radius())});
-  }
-
-  void add_round(Network<D>& network, Producer<D>& producer, const typename Shape<D>::RoundPart& part,
-                 std::uint32_t map, std::uint32_t ids) {
-    HyperplaneTable<D>& table = network.table;
-    const geometry::RoundFamily<D> family(part.axes, part.bottom, part.top, ids);
-    check_ids(family.count(), ids);
+  void add_round(Network<D>& network, Producer<D>& producer, RoundSolid<D> solid) {
+    for (const OrientedHyperplane tangent :
+         std::visit([](const auto& placed) { return placed.axis_tangents(); }, solid))
+      note_bounding_plane(network, producer, tangent);
     producer.kind = ProducerKind::round;
     producer.index = static_cast<std::uint32_t>(network.rounds.size());
-    network.rounds.push_back({family, table.add_family(map, family), table.map(map).inverse(table.radius())});
-    const Round<D>& round = network.rounds.back();
-    for (std::uint32_t face = 0; face < static_cast<std::uint32_t>(2 * part.axes) && part.bottom == part.top;
-         ++face) {
-      const OrientedHyperplane tangent = round.plane(family.tangent({.face = face}));
-      const auto h = table.rounded(tangent.id());
-      for (int axis = 0; axis < D; ++axis)
-        if (std::fabs(h.normal[axis]) > 1 - 1e-12)
-          producer.bounding_plane[axis][h.normal[axis] > 0 ? 1 : 0] = tangent.code + 1;
-    }
+    network.rounds.push_back(std::move(solid));
+  }
+
+  /// If it bounds the producer along an axis.
+  static void note_bounding_plane(const Network<D>& network, Producer<D>& producer,
+                                  OrientedHyperplane plane) {
+    const auto h = network.table.rounded(plane.id());
+    for (int axis = 0; axis < D; ++axis)
+      if (std::fabs(h.normal[axis]) > 1 - 1e-12)
+        producer.bounding_plane[axis][(h.normal[axis] > 0) != plane.flipped() ? 1 : 0] = plane.code + 1;
   }
 
   void add_spline(Network<D>& network, Producer<D>& producer, PlacedPatches<D> placed, std::uint32_t map,
                   std::uint32_t ids) {
     const auto tree = std::make_shared<PatchTree<D>>(std::move(placed.roots), placed.placement, placed.error,
                                                      placed.weight_ratio, placed.closed, ids);
-    check_ids(tree->count(), ids);
+    check_hyperplanes(tree->count(), ids);
     producer.kind = ProducerKind::spline;
     producer.index = static_cast<std::uint32_t>(network.splines.size());
     network.splines.push_back({tree, network.table.add_family(map, geometry::SharedFamily<D>(tree))});
@@ -578,7 +551,7 @@ class Compiler {
       }
       if (in_frame > 0 && !is_known_well(width / in_frame, box)) refuse_reach(width / in_frame);
     }
-    check_ids(placed.planes->count(), ids);
+    check_hyperplanes(placed.planes->count(), ids);
     producer.kind = ProducerKind::preimage;
     producer.index = static_cast<std::uint32_t>(network.preimages.size());
     placed.first = table.add_family(frame.map, geometry::SharedFamily<D>(placed.planes));

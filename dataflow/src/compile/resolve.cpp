@@ -310,10 +310,12 @@ class Resolver {
     const std::size_t before = first_of_construct_ = warnings_.size();
     try {
       const auto& construct = construction.construct;
-      if (row.is_bounded && std::any_of(images.begin(), images.end(), is_unbounded))
+      const bool passes_on = row.passes_on && std::ranges::all_of(images, has_prisms);
+      if ((row.is_bounded || row.passes_on != passes_on) &&
+          std::any_of(images.begin(), images.end(), is_unbounded))
         throw Error(std::string(row.name) +
                     ": the solid has no bounds; intersect it with something that has");
-      Expression image = !row.passes_on && std::any_of(images.begin(), images.end(), is_only_enclosed)
+      Expression image = !passes_on && std::any_of(images.begin(), images.end(), is_only_enclosed)
                              ? enclosed_image_of(construct, images)
                              : image_of(construct, images);
       for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place());
@@ -472,13 +474,10 @@ class Resolver {
   }
   Expression prism(const model::Spline& spline) { return unit_prism(spline); }
   Expression prism(const model::Preimage& section) { return unit_prism(section); }
-  static Expression prism(const model::SubdivisionSurface&) {
-    throw std::logic_error("a subdivision surface is no plane solid");
-  }
-  static Expression prism(const model::Torus&) { throw std::logic_error("a torus is no plane solid"); }
-  static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }
   Expression prism(const model::Polytope& shadow) { return unit_prism(shadow); }
-  static Expression prism(const model::TriangleMesh&) { throw std::logic_error("a mesh is no plane solid"); }
+  static Expression prism(const auto&) {
+    throw std::logic_error("it is no plane solid, or its prisms are not known");
+  }
 
   Expression construct_of(const model::RotateExtrusion& extrusion, const std::vector<Expression>& operands) {
     Outline outline = outline_of(operands[0], options_);

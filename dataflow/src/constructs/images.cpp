@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
@@ -122,12 +124,15 @@ Expression section_of_curved(const model::Section& section, const PlacedPrimitiv
     for (std::size_t j = axes; j < rows.size(); ++j)
       if (auto between = slab(rows[j], 0, static_cast<Real>(round->lengths[j - axes]), room))
         parts.push_back(*std::move(between));
-  } else if (const auto* torus = std::get_if<model::Torus>(placed.primitive)) {
-    preimage.solid = *torus;
-  } else if (const auto* spline = std::get_if<model::Spline>(placed.primitive)) {
-    preimage.solid = *spline;
   } else {
-    preimage.solid = std::get<model::SubdivisionSurface>(*placed.primitive);
+    preimage.solid = std::visit(
+        []<typename Shape>(const Shape& shape) -> model::Preimage::Solid {
+          if constexpr (std::is_constructible_v<model::Preimage::Solid, const Shape&>)
+            return shape;
+          else
+            throw std::logic_error("its sections are not known");
+        },
+        *placed.primitive);
   }
   if (std::any_of(parts.begin(), parts.end(), is_empty)) return Expression(dimension);
   for (const auto& row : rows)

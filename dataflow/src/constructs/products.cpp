@@ -75,6 +75,9 @@ class Prism {
     return of_preimage(itself(surface));
   }
   Expression operator()(const model::Preimage& preimage) const { return of_preimage(preimage); }
+  Expression operator()(const model::TellsOfItself auto&) const {
+    throw std::logic_error("it is enclosed before its prisms are asked for");
+  }
   Expression operator()(const model::Polytope& polytope) const {
     if (polytope.half_spaces.empty()) return Expression(dimension_ + 1);  // flat: it encloses nothing
     const std::size_t d = size(dimension_);

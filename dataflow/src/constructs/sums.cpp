@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "bsp2/geometry/support/counted.hpp"
@@ -47,7 +48,11 @@ std::optional<Expression> single_convex(const Expression& solid) {
     const auto& value = at->node().value;
     if (const auto* primitive = std::get_if<model::Primitive>(&value)) {
       const auto* polytope = std::get_if<model::Polytope>(primitive);
-      const bool round = std::holds_alternative<model::Round>(*primitive);
+      const bool round = std::visit(
+          []<typename Shape>(const Shape&) {
+            return std::is_same_v<Shape, model::Round> || model::TellsOfItself<Shape>;
+          },
+          *primitive);
       if (!is_convex(*primitive) || (model::is_curved(*primitive) && !round) ||
           (polytope != nullptr && polytope->undecided))
         return std::nullopt;

@@ -137,7 +137,7 @@ void Localizer<D>::leave_round_operands(std::span<const Word> program) {
     if (producer.kind == ProducerKind::spline)
       return !SplineProducer<D>(*network_, producer).end(leaf, view_);
     if (producer.kind == ProducerKind::round)
-      return RoundProducer<D>(*network_, producer).undecided_planes(leaf) == 0;
+      return with_round(producer, [&](const auto& process) { return !process.has_planes(leaf); });
     return dataflow::is_curved(producer.kind);
   });
   active_.resize(static_cast<std::size_t>(end - active_.begin()));
@@ -489,10 +489,21 @@ bool Localizer<D>::is_left(const Producer<D>& producer, const Cell<D>& cell) {
   return true;
 }
 
+/// Hands the process of a round solid to `use`.
+template <int D>
+template <typename Use>
+auto Localizer<D>::with_round(const Producer<D>& producer, const Use& use) const {
+  return std::visit(
+      [&]<typename Solid>(const Solid& solid) {
+        return use(typename Solid::Process(*network_, producer, solid));
+      },
+      network_->rounds[producer.index]);
+}
+
 /// Hands the process behind a leaf to `use`.
 template <int D>
 template <typename Use>
-auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
+auto Localizer<D>::with_producer(const Word* leaf, const Use& use) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
   switch (producer.kind) {
     case ProducerKind::convex:
@@ -503,11 +514,8 @@ auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
     case ProducerKind::mesh:
       if constexpr (D == 3) return use(MeshProducer(*network_, producer));
       break;
-    case ProducerKind::torus:
-      if constexpr (D == 3) return use(TorusProducer(*network_, producer));
-      break;
     case ProducerKind::round:
-      return use(RoundProducer<D>(*network_, producer));
+      return with_round(producer, use);
     case ProducerKind::spline:
       return use(SplineProducer<D>(*network_, producer));
     case ProducerKind::preimage:
@@ -517,24 +525,24 @@ auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
 }
 
 template <int D>
+bool Localizer<D>::is_convex(const Producer<D>& producer) const {
+  if (producer.kind == ProducerKind::round)
+    return std::visit([](const auto& solid) { return solid.is_convex; }, network_->rounds[producer.index]);
+  return producer.kind == ProducerKind::convex || producer.kind == ProducerKind::lathe;
+}
+
+template <int D>
 bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
   if (producer.is_empty() || producer.undecided) return false;
-  if (producer.kind != ProducerKind::convex && producer.kind != ProducerKind::lathe &&
-      producer.kind != ProducerKind::round)
-    return false;
+  if (!is_convex(producer)) return false;
   view_.look_at(cell);
   view_.test_boxes_only(false);
-  if constexpr (D == 3) {
-    if (producer.kind == ProducerKind::lathe) {
-      const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
-      Words unused;
-      return LatheProducer(*network_, producer).ask(whole, view_, unused) == Label::in;
-    }
-  }
-  if (producer.kind == ProducerKind::round) {
-    const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
+  if (producer.kind != ProducerKind::convex) {
+    const Word whole[] = {Program::kind_leaf | Program::whole, Program::header,
+                          static_cast<Word>(&producer - network_->producers.data())};
     Words unused;
-    return RoundProducer<D>(*network_, producer).ask(whole, view_, unused) == Label::in;
+    return with_producer(whole, [&](const auto& process) { return process.ask(whole, view_, unused); }) ==
+           Label::in;
   }
   const auto planes = network_->planes_of(producer);
   return std::all_of(planes.begin(), planes.end(),

@@ -192,34 +192,22 @@ Framed<D> Shapes<D>::make(const model::ConvexPolygon& polygon) {
 }
 
 template <int D>
-Framed<D> Shapes<D>::make(const model::Round& round) {
-  const int axes = D - static_cast<int>(round.lengths.size());
-  if (axes < 2) throw std::logic_error("a round solid has two round axes or more");
-  const double widest = std::max(round.bottom, round.top);
-  const auto on_grid = [](double x) {
-    return std::ldexp(static_cast<double>(std::llround(std::ldexp(x, 53))), -53);
-  };
-  Shape<D> shape;
-  shape.round = {axes, on_grid(round.bottom / widest), on_grid(round.top / widest)};
-  std::array<double, D> factors;
-  factors.fill(widest);
-  std::copy(round.lengths.begin(), round.lengths.end(), factors.begin() + axes);
-  const std::vector<geometry::Covector<D>> box = geometry::unit_box<D>().covectors;
-  add_covectors(shape, {box.begin() + 2 * axes, box.end()});
-  return {add(std::move(shape)), Transformer<D>::scaling(factors)};
-}
-
-template <int D>
-Framed<D> Shapes<D>::make(const model::Torus& torus) {
-  if constexpr (D != 3) {
-    throw std::logic_error("a torus is three-dimensional");
+template <typename Primitive>
+Framed<D> Shapes<D>::make(const Primitive& primitive) {
+  using Solid = Placed<D, Primitive>;
+  if constexpr (std::is_void_v<Solid>) {
+    throw std::logic_error("a round solid of another dimension than there is");
   } else {
+    const RoundFrame<D> frame = Solid::frame(primitive);
     Shape<D> shape;
-    const double minor = torus.minor / torus.major, reach = std::nextafter(1 + minor, 3.0),
-                 height = std::nextafter(minor, 2.0);
-    shape.torus = minor;
-    shape.bounds = {{-reach, -reach, -height}, {reach, reach, height}};
-    return {add(std::move(shape)), Transformer<3>::scaling({torus.major, torus.major, torus.major})};
+    shape.bounds = frame.bounds;
+    shape.ball_axes = frame.ball_axes;
+    shape.place_round = [&primitive](geometry::HyperplaneTable<D>& table, std::uint32_t map,
+                                     std::uint32_t limit) {
+      return RoundSolid<D>(Solid::place(primitive, table, map, limit));
+    };
+    add_covectors(shape, frame.half_spaces);
+    return {add(std::move(shape)), Transformer<D>::scaling(frame.factors)};
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "bsp2/dataflow/shapes/lathe.hpp"
+#include "bsp2/dataflow/shapes/round_solids.hpp"
 #include "bsp2/geometry/exact/covector.hpp"
 #include "bsp2/model/expression/expression.hpp"
 #include "process/transformer.hpp"
@@ -29,18 +31,16 @@ struct Shape {
   std::shared_ptr<const LatheShape> lathe;  // of one with very many facets; shared: by all occurrences of it
   std::shared_ptr<const TurnedShape> turned;  // likewise, of any lathe
   std::shared_ptr<const MeshShape> mesh;      // shared: by all occurrences of one mesh
-  struct RoundPart {
-    int axes;
-    double bottom, top;  // multiples of 2^-53, the larger one 1
-  };
-  std::optional<RoundPart> round;
-  std::optional<double> torus;            // its minor radius
+  std::optional<int> ball_axes;               // of a unit ball of so many axes times a box
+  /// Of a round solid: places it, with at most so many hyperplanes of the table, by the map of this number.
+  std::function<RoundSolid<D>(geometry::HyperplaneTable<D>&, std::uint32_t map, std::uint32_t limit)>
+      place_round;
   const model::Spline* spline = nullptr;  // its patches are placed, not its shape
   const model::SubdivisionSurface* subdivision = nullptr;
   const model::Preimage* preimage = nullptr;
   bool undecided = false;
   [[nodiscard]] bool is_spline() const { return spline != nullptr || subdivision != nullptr; }
-  [[nodiscard]] bool is_round() const { return round || torus || is_spline() || preimage != nullptr; }
+  [[nodiscard]] bool is_round() const { return place_round || is_spline() || preimage != nullptr; }
 };
 
 /// What a primitive is made of.
@@ -80,8 +80,9 @@ class Shapes {
   Framed<D> make(const model::TriangleMesh& mesh);
   Framed<D> make(const model::RegularPolygon& polygon);
   Framed<D> make(const model::ConvexPolygon& polygon);
-  Framed<D> make(const model::Round& round);
-  Framed<D> make(const model::Torus& torus);
+  /// Of a round solid.
+  template <typename Primitive>
+  Framed<D> make(const Primitive& primitive);
   Framed<D> make(const model::Polytope& polytope);
   Framed<D> make(const model::Spline& spline) { return make_patches(spline, &Shape<D>::spline); }
   Framed<D> make(const model::SubdivisionSurface& surface) {

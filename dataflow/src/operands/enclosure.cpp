@@ -29,7 +29,8 @@ bool is_undecided(const model::Primitive& primitive) {
 /// OpenSCAD says.
 bool is_truly_round(const model::Primitive& primitive) {
   const auto* round = std::get_if<model::Round>(&primitive);
-  return std::holds_alternative<model::Torus>(primitive) || (round != nullptr && round->sides == 0);
+  return std::visit([]<typename Shape>(const Shape&) { return model::HasFineness<Shape>; }, primitive) &&
+         (round == nullptr || round->sides == 0);
 }
 
 /// Nobody knows polytopes for it but by evaluating it.
@@ -112,6 +113,12 @@ bool is_only_enclosed(const Expression& solid) { return contains(solid, is_only_
 
 bool is_refined(const Expression& solid) { return contains(solid, is_refined); }
 
+bool has_prisms(const Expression& solid) {
+  return !contains(solid, [](const model::Primitive& primitive) {
+    return std::visit([]<typename Shape>(const Shape&) { return model::TellsOfItself<Shape>; }, primitive);
+  });
+}
+
 Expression with_facets(const Expression& solid, Facets facets, const CompileOptions& options) {
   return with_primitives_replaced(by_differences(solid), solid.dimension(),
                                   [&](const PlacedPrimitive& placed) -> Expression {
@@ -153,9 +160,12 @@ Expression with_fewer_corners(const Expression& solid, std::uint32_t corners) {
     const auto limit = [&](std::uint32_t& fineness) {
       if (fineness == 0) fineness = std::min(corners, corners_of_circles(primitive, placed.dimension));
     };
-    if (auto* torus = std::get_if<model::Torus>(&primitive)) limit(torus->fineness);
-    if (auto* round = std::get_if<model::Round>(&primitive); round != nullptr && is_truly_round(primitive))
-      limit(round->fineness);
+    if (is_truly_round(primitive))
+      std::visit(
+          [&]<typename Shape>(Shape& shape) {
+            if constexpr (model::HasFineness<Shape>) limit(shape.fineness);
+          },
+          primitive);
     return model::transform(placed.matrix, make(placed.dimension, std::move(primitive)));
   });
 }

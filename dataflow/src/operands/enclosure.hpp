@@ -21,6 +21,9 @@ bool is_only_enclosed(const model::Expression& solid);
 /// prisms and sections of what is curved.
 bool is_refined(const model::Expression& solid);
 
+/// Whether products with all that is in it, and sections of it, are known.
+bool has_prisms(const model::Expression& solid);
+
 /// The solid with polytopes in the place of what is round, all of them such that nothing is left out
 /// (Facets::around), or nothing is added (Facets::inside). A symmetric difference becomes a union of
 /// differences: what is surely in one of two and not in the other, or perhaps so.

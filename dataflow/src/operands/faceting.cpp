@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
+#include <type_traits>
 #include <vector>
 
 #include "bsp2/geometry/exact/covector.hpp"
@@ -111,8 +113,61 @@ Expression of_segments(const model::Torus& torus, Facets facets) {
   return model::unite(std::move(segments));
 }
 
-Expression of_cells(const model::Primitive& primitive, int dimension, const CompileOptions& options,
-                    Facets facets) {
+/// How much larger a polytope about a point in it has to be so that a convex solid lies in it.
+double enlargement(const Points& corners, const Points& middle, const model::TellsOfItself auto& solid) {
+  const std::size_t d = middle.size();
+  const Expression hull = model::undecided_hull(static_cast<int>(d), corners);
+  const auto& half_spaces =
+      std::get<model::Polytope>(std::get<model::Primitive>(hull.node().value)).half_spaces;
+  Real most = 1;
+  for (std::size_t i = 0; i < half_spaces.size(); i += d + 1) {
+    const std::vector<Real> normal(half_spaces.data() + i, half_spaces.data() + i + d);
+    Real within = -static_cast<Real>(half_spaces[i + d]), reach = solid.range(normal)[1];
+    for (std::size_t k = 0; k < d; ++k) {
+      within -= normal[k] * static_cast<Real>(middle[k]);
+      reach -= normal[k] * static_cast<Real>(middle[k]);
+    }
+    most = std::max(most, reach / within);
+  }
+  return static_cast<double>(most) * surely;
+}
+
+/// A solid of revolution about its last axis: the hull of a ball's corners on some of its circles; around it,
+/// the same enlarged about its middle.
+Expression faceted(const model::TellsOfItself auto& solid, int dimension, const CompileOptions& options,
+                   Facets facets) {
+  const std::uint32_t count = corners_around(solid.fineness, solid.round_axes(dimension));
+  const Points ball = spanning_points(model::ball_polytope(dimension - 1, 1, count), options);
+  const std::size_t d = size(dimension);
+  Points corners, middle(d);
+  for (const auto& [radius, z] : Placed<3, std::remove_cvref_t<decltype(solid)>>::profile(solid, count))
+    for (std::size_t at = 0; at < ball.size(); at += d - 1) {
+      for (std::size_t i = 0; i + 1 < d; ++i) corners.push_back(radius * ball[at + i]);
+      corners.push_back(z);
+    }
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    middle[i % d] += corners[i] / static_cast<double>(corners.size() / d);
+  if (facets == Facets::around) {
+    const double factor = enlargement(corners, middle, solid);
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      corners[i] = middle[i % d] + factor * (corners[i] - middle[i % d]);
+  }
+  return model::convex_hull(dimension, corners);
+}
+
+Expression faceted(const model::Torus& torus, int, const CompileOptions&, Facets facets) {
+  return of_segments(torus, facets);
+}
+
+Expression faceted(const model::Round& round, int dimension, const CompileOptions& options, Facets facets) {
+  if (round.sides == 0) return of_corners(round, dimension, options, facets);
+  if (dimension == 2) return model::circle(round.bottom, round.sides);
+  return round.lengths.empty() ? model::sphere(round.bottom, round.sides)
+                               : model::cylinder(round.lengths[0], round.bottom, round.top, round.sides);
+}
+
+/// Its cells.
+Expression faceted(const auto& primitive, int dimension, const CompileOptions& options, Facets facets) {
   std::vector<Expression> parts;
   for (const Points& corners : refined_parts(primitive, dimension, options, facets))
     parts.push_back(model::convex_hull(dimension, corners));
@@ -122,20 +177,19 @@ Expression of_cells(const model::Primitive& primitive, int dimension, const Comp
 }  // namespace
 
 std::uint32_t corners_of_circles(const model::Primitive& primitive, int dimension) {
-  if (const auto* torus = std::get_if<model::Torus>(&primitive)) return corners_around(torus->fineness, 3);
-  const auto& round = std::get<model::Round>(primitive);
-  return corners_around(round.fineness, dimension - static_cast<int>(round.lengths.size()));
+  return std::visit(
+      [&]<typename Shape>(const Shape& shape) -> std::uint32_t {
+        if constexpr (model::HasFineness<Shape>)
+          return corners_around(shape.fineness, shape.round_axes(dimension));
+        else
+          throw std::logic_error("it has no circles");
+      },
+      primitive);
 }
 
 Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options,
                              Facets facets) {
-  if (const auto* torus = std::get_if<model::Torus>(&primitive)) return of_segments(*torus, facets);
-  const auto* round = std::get_if<model::Round>(&primitive);
-  if (round == nullptr) return of_cells(primitive, dimension, options, facets);
-  if (round->sides == 0) return of_corners(*round, dimension, options, facets);
-  if (dimension == 2) return model::circle(round->bottom, round->sides);
-  return round->lengths.empty() ? model::sphere(round->bottom, round->sides)
-                                : model::cylinder(round->lengths[0], round->bottom, round->top, round->sides);
+  return std::visit([&](const auto& shape) { return faceted(shape, dimension, options, facets); }, primitive);
 }
 
 }  // namespace bsp2::dataflow

@@ -90,16 +90,6 @@ void visit_corners(const model::ConvexPolygon& polygon, Add&& add) {
 }
 
 template <int D, typename Add>
-void visit_corners(const model::Round&, Add&&) {
-  throw std::logic_error("round solids are faceted before their corners are asked for");
-}
-
-template <int D, typename Add>
-void visit_corners(const model::Torus&, Add&&) {
-  throw std::logic_error("tori are refused before their corners are asked for");
-}
-
-template <int D, typename Add>
 void visit_corners(const model::Polytope& polytope, Add&& add) {
   for (std::size_t i = 0; i < polytope.corners.size(); i += D) {
     std::array<double, D> corner;
@@ -108,20 +98,9 @@ void visit_corners(const model::Polytope& polytope, Add&& add) {
   }
 }
 
-template <int D, typename Add>
-void visit_corners(const model::Spline&, Add&&) {
-  throw std::logic_error("splines are refused before their corners are asked for");
-}
-
-template <int D, typename Add>
-void visit_corners(const model::SubdivisionSurface&, Add&&) {
-  throw std::logic_error("subdivision surfaces are refused before their corners are asked for");
-}
-
-template <int D, typename Add>
-void visit_corners(const model::Preimage&, Add&&) {
-  throw std::logic_error(
-      "prisms and sections of curved solids are refused before their corners are asked for");
+template <int D, typename Add, typename Curved>
+void visit_corners(const Curved&, Add&&) {
+  throw std::logic_error("curved solids are enclosed or refused before their corners are asked for");
 }
 
 template <std::size_t D>

@@ -15,12 +15,13 @@ namespace bsp2::dataflow {
 /// known. Source: the paper, section 4.1; docs/curved.md.
 class TorusProducer {
  public:
-  TorusProducer(const Network<3>& network, const Producer<3>& producer)
-      : network_(network), torus_(network.tori[producer.index]) {}
+  TorusProducer(const Network<3>& network, const Producer<3>&, const Torus& torus)
+      : network_(network), torus_(torus) {}
 
   geometry::Label ask(const Word* leaf, CellView<3>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
+  [[nodiscard]] static bool has_planes(const Word*) { return false; }
   /// The plane that cuts off what is farthest out, then the one within it, then what halves the wedge; at the
   /// last level across the longest axis of the cell. No advice where the cell is too small for that.
   Advice advise(const Word* leaf, CellView<3>& cell) const;

@@ -117,6 +117,11 @@ Range range_over(Row row, const Torus& torus) {
   return {-reach, reach};
 }
 
+Range range_over(Row row, const TellsOfItself auto& shape) {
+  const auto [low, high] = shape.range(row);
+  return {low, high};
+}
+
 /// Of points that follow each other at a stride.
 Range range_over(Row row, std::span<const double> points, std::size_t stride) {
   Range range;

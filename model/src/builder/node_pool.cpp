@@ -83,6 +83,10 @@ void add(Hash& hash, const Preimage& preimage) {
   for (const double x : preimage.map) hash.add(x);
 }
 
+void add(Hash& hash, const TellsOfItself auto& shape) {
+  for (const double x : shape.numbers()) hash.add(x);
+}
+
 std::uint64_t hash_of(const Primitive& primitive) {
   Hash hash;
   hash.add(std::uint64_t{primitive.index()});

@@ -9,9 +9,12 @@ Expression::Expression(int dimension)
     : node_(std::make_shared<Node>(dimension, Boolean{Operation::unite, {}})) {}
 
 bool is_curved(const Primitive& primitive) {
-  return std::holds_alternative<Round>(primitive) || std::holds_alternative<Torus>(primitive) ||
-         std::holds_alternative<Spline>(primitive) || std::holds_alternative<SubdivisionSurface>(primitive) ||
-         std::holds_alternative<Preimage>(primitive);
+  constexpr auto is_flat = []<typename Shape>(const Shape&) {
+    return std::is_same_v<Shape, Cuboid> || std::is_same_v<Shape, Lathe> ||
+           std::is_same_v<Shape, TriangleMesh> || std::is_same_v<Shape, RegularPolygon> ||
+           std::is_same_v<Shape, ConvexPolygon> || std::is_same_v<Shape, Polytope>;
+  };
+  return !std::visit(is_flat, primitive);
 }
 
 Node::Node(int dimension_, Value value_)

@@ -113,20 +113,20 @@ void RoundFaces::add_curved(const dataflow::Network<3>& network) {
   };
   for (const auto& producer : network.producers) {
     if (producer.is_empty()) continue;
-    if (producer.kind == ProducerKind::round) {
-      const auto& round = network.rounds[producer.index];
-      Body body = placed(round.to_frame, false);
-      if (round.family.axes() == 3)
+    if (producer.kind != ProducerKind::round) continue;
+    const auto& solid = network.rounds[producer.index];
+    if (const auto* round = std::get_if<dataflow::Round<3>>(&solid)) {
+      Body body = placed(round->to_frame, false);
+      if (round->family.axes() == 3)
         body.kind = Kind::ball;
       else
-        body.segments = {side_of_cone(round.family.bottom(), round.family.top())};
-      add(std::move(body), producer, round.first, round.family.count());
-    } else if (producer.kind == ProducerKind::torus) {
-      const auto& torus = network.tori[producer.index];
-      Body body = placed(torus.to_frame, false);
+        body.segments = {side_of_cone(round->family.bottom(), round->family.top())};
+      add(std::move(body), producer, round->first, round->family.count());
+    } else if (const auto* torus = std::get_if<dataflow::Torus>(&solid)) {
+      Body body = placed(torus->to_frame, false);
       body.kind = Kind::torus;
-      body.inner = torus.family.minor();
-      add(std::move(body), producer, torus.first, torus.family.count());
+      body.inner = torus->family.minor();
+      add(std::move(body), producer, torus->first, torus->family.count());
     }
   }
   std::sort(families_.begin(), families_.end(),

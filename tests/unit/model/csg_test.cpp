@@ -80,6 +80,10 @@ void print(const Torus& torus, std::ostream& out) {
   out << "torus(" << number(torus.major) << ", " << number(torus.minor) << ");\n";
 }
 
+void print(const TellsOfItself auto& shape, std::ostream& out) {
+  for (const double x : shape.numbers()) out << number(x) << ";\n";
+}
+
 void print(const Polytope& polytope, std::ostream& out) {
   out << "polytope of " << polytope.corners.size() << " coordinates;\n";
 }

@@ -310,12 +310,13 @@ TEST(Curved, CellsDoNotDependOnThreadsAndOrder) {
 template <int D>
 void check_stream(const model::Expression& e, unsigned deepest, Random& random) {
   const Network<D> network = compile<D>(e, {});
-  if constexpr (D == 3)
-    if (!network.tori.empty())
-      return check_stream_of<D>(network, TorusProducer(network, network.producers[0]), deepest, truth_of(e),
-                                random);
   ASSERT_EQ(network.rounds.size(), 1U);
-  check_stream_of<D>(network, RoundProducer<D>(network, network.producers[0]), deepest, truth_of(e), random);
+  std::visit(
+      [&]<typename Solid>(const Solid& solid) {
+        check_stream_of<D>(network, typename Solid::Process(network, network.producers[0], solid), deepest,
+                           truth_of(e), random);
+      },
+      network.rounds[0]);
 }
 
 TEST(TorusProducer, EmitsAStreamOfRefinements) {

@@ -126,7 +126,10 @@ class Localizer {
   void group_operands();
   Box<D> box_of(const Word*& at) const;
   template <typename Use>
-  auto with_producer(const Word* leaf, Use&& use) const;
+  auto with_round(const Producer<D>& producer, const Use& use) const;
+  template <typename Use>
+  auto with_producer(const Word* leaf, const Use& use) const;
+  [[nodiscard]] bool is_convex(const Producer<D>& producer) const;
   [[nodiscard]] bool is_curved(const Word* leaf) const;
   [[nodiscard]] double work_left(std::span<const Word> program) const;
 

@@ -15,7 +15,7 @@
 #include "bsp2/dataflow/shapes/lathe.hpp"
 #include "bsp2/dataflow/shapes/mesh.hpp"
 #include "bsp2/dataflow/shapes/preimage.hpp"
-#include "bsp2/dataflow/shapes/round.hpp"
+#include "bsp2/dataflow/shapes/round_solids.hpp"
 #include "bsp2/dataflow/shapes/spline.hpp"
 #include "bsp2/geometry/cells/cell_batch.hpp"
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
@@ -28,8 +28,7 @@ enum class ProducerKind : std::uint8_t {
   convex,    ///< a list of half-spaces
   lathe,     ///< convex, with very many half-spaces: Network::lathes
   mesh,      ///< Network::meshes
-  round,     ///< Network::rounds; its half-spaces are those of its box
-  torus,     ///< Network::tori
+  round,     ///< Network::rounds; its half-spaces are its flat faces
   spline,    ///< Network::splines
   preimage,  ///< Network::preimages
 };
@@ -42,7 +41,6 @@ constexpr bool is_curved(ProducerKind kind) {
     case ProducerKind::mesh:
       return false;
     case ProducerKind::round:
-    case ProducerKind::torus:
     case ProducerKind::spline:
     case ProducerKind::preimage:
       return true;
@@ -103,8 +101,7 @@ struct Network : Program {
   std::vector<Lathe> lathes;   ///< D = 3 only
   std::vector<Turned> turned;  ///< likewise: all stacks of polygons, by their maps
   std::vector<Mesh> meshes;    ///< D = 3 only
-  std::vector<Round<D>> rounds;
-  std::vector<Torus> tori;  ///< D = 3 only
+  std::vector<RoundSolid<D>> rounds;
   std::vector<Spline<D>> splines;
   std::vector<Preimage<D>> preimages;
   std::vector<Word> program;  ///< empty: the solid is empty
@@ -140,9 +137,7 @@ struct Network : Program {
   /// Whether several convex producers end in this hyperplane, or one of many half-spaces does twice.
   [[nodiscard]] bool is_shared(geometry::HyperplaneId id) const { return id < shared.size() && shared[id]; }
   /// Whether it has solids that are refined without end.
-  [[nodiscard]] bool is_round() const {
-    return !rounds.empty() || !tori.empty() || !splines.empty() || !preimages.empty();
-  }
+  [[nodiscard]] bool is_round() const { return !rounds.empty() || !splines.empty() || !preimages.empty(); }
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {
     return {planes.data() + producer.first_plane, producer.plane_count};
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -77,6 +78,7 @@ struct Round {
                             ///< can, it is enclosed
   std::uint32_t fineness = 0;  ///< of the polytopes in it and around it that enclose it there: corners of a
                                ///< circle; 0: what is usual
+  [[nodiscard]] int round_axes(int dimension) const { return dimension - static_cast<int>(lengths.size()); }
   friend bool operator==(const Round&, const Round&) = default;
 };
 
@@ -84,6 +86,7 @@ struct Round {
 struct Torus {
   double major = 2, minor = 1;  ///< > 0; minor <= major
   std::uint32_t fineness = 0;   ///< as of a Round
+  [[nodiscard]] static int round_axes(int dimension) { return dimension; }
   friend bool operator==(const Torus&, const Torus&) = default;
 };
 
@@ -146,6 +149,20 @@ struct Preimage {
 
 using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus,
                                Polytope, Spline, SubdivisionSurface, Preimage>;
+
+/// Those that lie between polytopes in them and around them, as fine as they say.
+template <typename Shape>
+concept HasFineness = requires(const Shape& shape, int dimension) {
+  { shape.fineness } -> std::convertible_to<std::uint32_t>;
+  { shape.round_axes(dimension) } -> std::convertible_to<int>;  // of the ball that corners are taken from
+};
+
+/// Those that tell of themselves what others ask of a convex primitive.
+template <typename Shape>
+concept TellsOfItself = requires(const Shape& shape, std::span<const long double> row) {
+  { shape.numbers() } -> std::convertible_to<std::vector<double>>;          // all that it is made of
+  { shape.range(row) } -> std::convertible_to<std::array<long double, 2>>;  // least and most of row . x in it
+};
 
 /// Whether it is refined without end: all but polytopes and meshes.
 bool is_curved(const Primitive& primitive);
