@@ -143,6 +143,17 @@ Expression torus(double major, double minor, std::uint32_t fineness) {
   return make_node(3, Torus{major, minor, fineness});
 }
 
+Expression paraboloid(int dimension, double height, double radius, std::uint32_t fineness) {
+  if (dimension < 2 || dimension > geometry::most_dimensions)
+    throw Error("paraboloid: " + counted(dimension, "# dimension[s]; it takes 2 to ") +
+                std::to_string(geometry::most_dimensions));
+  const double numbers[] = {height, radius};
+  require_finite(numbers, "paraboloid");
+  require_fineness(fineness, "paraboloid");
+  if (height <= 0 || radius <= 0) return Expression(dimension);
+  return make_node(dimension, Paraboloid{height, radius, fineness});
+}
+
 Expression circle(double radius, std::uint32_t sides) {
   require_finite({&radius, 1}, "circle");
   require_sides(sides, "circle");

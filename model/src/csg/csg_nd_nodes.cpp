@@ -87,6 +87,11 @@ Expression read_torus(const StrictArguments& arguments) {
   return torus(arguments.number("R", 2), arguments.number("r", 1), fineness_of(arguments));
 }
 
+Expression read_paraboloid(const StrictArguments& arguments) {
+  return paraboloid(arguments.dimension(3), arguments.number("h", 1), radius_of(arguments),
+                    fineness_of(arguments));
+}
+
 Growth growth_of(const StrictArguments& arguments, std::string_view opposite) {
   const bool round = arguments.has("r");
   if (round && arguments.has("delta"))
@@ -226,6 +231,7 @@ std::span<const NodeRow> nodes_of_any_dimension() {
       {"d_cylinder", primitive, read_round_cylinder, "dimension r h d center $fn"},
       {"cone", primitive, read_cone, "h r1 r2 center $fn"},
       {"torus", primitive, read_torus, "R r $fn"},
+      {"paraboloid", primitive, read_paraboloid, "h r dimension d $fn"},
   };
   static_assert(std::ranges::all_of(rows, &NodeRow::is_sound));
   return rows;

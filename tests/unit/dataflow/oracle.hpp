@@ -113,6 +113,17 @@ inline Where where(const model::Torus& torus, const Point& x, Real margin) {
   return {distance < 0, std::fabs(distance) < margin};
 }
 
+/// The distance to the surface is at most what the height is off by, and at least that by the largest slope.
+inline Where where(const model::Paraboloid& dish, const Point& x, Real margin) {
+  const Real height = dish.height, radius = dish.radius, z = x.back();
+  Real square = 0;
+  for (std::size_t i = 0; i + 1 < x.size(); ++i) square += x[i] * x[i];
+  const Real above = z - height * square / (radius * radius);
+  const Real steepness = 2 * height * std::sqrt(std::max(square, radius * radius)) / (radius * radius);
+  return {above > 0 && z < height,
+          std::fabs(above) < margin * (1 + steepness) || std::fabs(z - height) < margin};
+}
+
 inline Where where(const model::Spline&, const Point&, Real) {
   throw std::logic_error("splines have tests of their own");
 }

@@ -51,6 +51,66 @@ TEST(Curved, BallsOfAnyDimensionLieInTheirIntervals) {
 #endif
 }
 
+double paraboloid_volume(int d, double height, double radius) {
+  return ball_volume(d - 1) * std::pow(radius, d - 1) * height * 2 / (d + 1);
+}
+
+TEST(Paraboloid, OfAnyDimensionLiesInItsIntervals) {
+  check_levels<2>(model::paraboloid(2, 3, 2), paraboloid_volume(2, 3, 2), {0, 1, 4, 8, 12, 16}, 0.02);
+  check_levels<3>(model::paraboloid(3, 3, 2), paraboloid_volume(3, 3, 2), {0, 1, 6, 10, 14, 18}, 0.5);
+  check_levels<4>(model::paraboloid(4, 1, 1), paraboloid_volume(4, 1, 1), {0, 1, 8, 14, 18}, 1.5);
+#if BSP2_DIMENSIONS > 4
+  check_levels<5>(model::paraboloid(5, 1, 1), paraboloid_volume(5, 1, 1), {0, 10, 18}, 7);
+  check_levels<6>(model::paraboloid(6, 1, 1), paraboloid_volume(6, 1, 1), {0, 12, 22}, 16);
+#endif
+}
+
+/// FUZZY cells lie between chord and tangent, which are parallel: no more of them than so thick a layer on
+/// the surface, and some at its rim, where boxes reach out of it.
+TEST(Paraboloid, FuzzyCellsAreALayerOfTheToleranceOnItsSurface) {
+  const double surface = std::numbers::pi / 6 * (std::pow(5, 1.5) - 1);
+  for (const double thickness : {0.25, 0.0625, 0.015625, 0.00390625}) {
+    const VolumeInterval now = volume_interval<3>(model::paraboloid(3, 1, 1), thinner_than(thickness));
+    expect_contains(now, paraboloid_volume(3, 1, 1));
+    EXPECT_LE(now.fuzzy, thickness * surface * (1 + 2 * std::sqrt(thickness))) << thickness;
+  }
+}
+
+TEST(Paraboloid, WhatConstructsMakeOfItLiesInItsInterval) {
+  const auto dish = model::paraboloid(3, 2, 1);
+  const double volume = paraboloid_volume(3, 2, 1);
+  const auto check = [](const VolumeInterval& found, double truth) {
+    expect_contains(found, truth);
+    EXPECT_LT(found.fuzzy, 0.05 * truth);
+  };
+  expect_contains(volume_interval<3>(model::construct(model::Hull{}, {dish}), down_to(14)), volume);
+  check(
+      volume_interval<3>(
+          model::construct(model::ProjectiveMap{{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0.5, 1}}, {dish}),
+          thinner_than(0.01)),
+      // In slices of the height z, whose image is 1 + z/2 times smaller, and as much nearer along z again.
+      [] {
+        double sum = 0;
+        constexpr int steps = 200000;
+        for (int i = 0; i < steps; ++i) {
+          const double z = 2 * (i + 0.5) / steps, w = 1 + z / 2;
+          sum += std::numbers::pi * z / 2 / (w * w * w * w) * 2 / steps;
+        }
+        return sum;
+      }());
+  check(volume_interval<3>(model::construct(model::MinkowskiSum{}, {dish, model::cuboid({1e-6, 1e-6, 1})}),
+                           thinner_than(0.01)),
+        volume + std::numbers::pi);
+  check(volume_interval<2>(model::construct(model::Section{0, 0}, {dish}), thinner_than(0.001)),
+        paraboloid_volume(2, 2, 1));
+  check(volume_interval<2>(model::construct(model::Shadow{{0, 1}}, {dish}), thinner_than(0.001)),
+        std::numbers::pi);
+  check(
+      volume_interval<3>(model::construct(model::Product{}, {model::paraboloid(2, 1, 1), model::cuboid({3})}),
+                         thinner_than(0.01)),
+      4);
+}
+
 /// The promise of docs/curved.md: at level l of the fan, layers are 1 - 1 / sqrt(1 + (d - 1) / 4^l) thick.
 double layer(int d, int level) { return 1 - 1 / std::sqrt(1 + (d - 1) * std::pow(0.25, level)); }
 
@@ -305,6 +365,7 @@ TEST(Curved, CellsDoNotDependOnThreadsAndOrder) {
   expect_same_digest<3>(solid, thinner_than(0.05), 2);
   expect_same_digest<3>(model::subtract({model::torus(2, 0.7), solid}), down_to(14), 1);
   expect_same_digest<4>(model::subtract({model::ball(4, 1), model::cuboid({1, 1, 1, 1})}), down_to(12), 1);
+  expect_same_digest<3>(model::subtract({model::paraboloid(3, 2, 2), solid}), down_to(14), 2);
 }
 
 template <int D>
@@ -337,6 +398,10 @@ TEST(RoundProducer, EmitsAStreamOfRefinements) {
   check_stream<3>(model::transform(free_matrix(random, 3, 3), model::round_cylinder(2, 1, {2})), 16, random);
   check_stream<3>(model::transform(free_matrix(random, 3, 3), model::cone(2, 1, 0)), 16, random);
   check_stream<4>(model::ball(4, 1), 14, random);
+  check_stream<2>(model::transform(free_matrix(random, 2, 3), model::paraboloid(2, 1, 2)), 18, random);
+  check_stream<3>(model::paraboloid(3, 1, 1), 16, random);
+  check_stream<3>(model::transform(free_matrix(random, 3, 3), model::paraboloid(3, 2, 1)), 16, random);
+  check_stream<4>(model::transform(free_matrix(random, 4, 3), model::paraboloid(4, 1, 1)), 14, random);
 #if BSP2_DIMENSIONS > 4
   check_stream<5>(model::round_cylinder(3, 1, {1, 2}), 14, random);
 #endif

@@ -3,6 +3,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "bsp2/dataflow/shapes/paraboloid.hpp"
 #include "bsp2/dataflow/shapes/round.hpp"
 #include "bsp2/dataflow/shapes/torus.hpp"
 
@@ -20,8 +21,9 @@ struct Existing<D, std::variant<Kept...>, First, Rest...>
 /// All kinds of round solids, a line each: see round_solid.hpp.
 template <int D>
 using RoundSolid = typename Existing<D, std::variant<>,
-                                     Round<D>,  //
-                                     Torus      //
+                                     Round<D>,       //
+                                     Paraboloid<D>,  //
+                                     Torus           //
                                      >::type;
 
 template <typename Primitive, typename List>

@@ -52,6 +52,11 @@ Expression cone(double height, double radius_bottom, double radius_top, std::uin
 /// @param fineness as of `ball`.
 Expression torus(double major, double minor, std::uint32_t fineness = 0);
 
+/// The truly round dish |(x_1 .. x_{D-1})|^2 <= radius^2 x_D / height, x_D <= height, D = 2 .. 6. A length <=
+/// 0 gives the empty solid.
+/// @param fineness as of `ball`.
+Expression paraboloid(int dimension, double height, double radius, std::uint32_t fineness = 0);
+
 /// The tensor-product B-spline with these pieces, in E^D, D = 2 .. 6: curves, surfaces, ... of k < D
 /// parameters, or solids of D parameters, which count as their boundary. Weights other than 1 make it
 /// rational (NURBS).

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -90,6 +92,25 @@ struct Torus {
   friend bool operator==(const Torus&, const Torus&) = default;
 };
 
+/// A truly round dish that opens along +x_D, D >= 2: the points with
+/// |(x_1 .. x_{D-1})|^2 <= radius^2 x_D / height and x_D <= height.
+struct Paraboloid {
+  double height = 1, radius = 1;  ///< > 0
+  std::uint32_t fineness = 0;     ///< as of a Round
+  [[nodiscard]] static int round_axes(int dimension) { return dimension; }
+  [[nodiscard]] std::vector<double> numbers() const { return {height, radius}; }
+  /// With x = radius t u, |u| = 1, and x_D = height t^2: least and most of a t + b t^2, 0 <= t <= 1.
+  [[nodiscard]] std::array<long double, 2> range(std::span<const long double> row) const {
+    long double square = 0;
+    for (const long double x : row.first(row.size() - 1)) square += x * x;
+    const long double a = std::sqrt(square) * static_cast<long double>(radius),
+                      b = row.back() * static_cast<long double>(height);
+    const long double turn = a < 2 * std::fabs(b) ? a * a / (4 * std::fabs(b)) : 0;
+    return {std::min({0.0L, b - a, b > 0 ? -turn : 0.0L}), std::max({0.0L, b + a, b < 0 ? turn : 0.0L})};
+  }
+  friend bool operator==(const Paraboloid&, const Paraboloid&) = default;
+};
+
 /// A convex polytope of any dimension, both as the hull of its corners and as an intersection of half-spaces.
 ///
 /// The half-spaces are what is evaluated; the corners are within rounding of theirs. Built by `convex_hull`
@@ -148,7 +169,7 @@ struct Preimage {
 };
 
 using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus,
-                               Polytope, Spline, SubdivisionSurface, Preimage>;
+                               Polytope, Spline, SubdivisionSurface, Preimage, Paraboloid>;
 
 /// Those that lie between polytopes in them and around them, as fine as they say.
 template <typename Shape>
