@@ -80,16 +80,16 @@ void coarsen(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& pro
   progress.partition.regions = std::move(stay);
   if (done.empty()) return;
 
-  CollectingConsumer collector;
-  std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&collector);
-  if (stream != nullptr) consumers.push_back(stream);
+  std::vector<dataflow::Consumer*> others;
+  if (stream != nullptr) others.push_back(stream);
   std::vector<std::uint32_t> numbers;
   for (const auto& region : done) numbers.push_back(region.number);
-  const Recorded before = recorded(progress.meshes);
-  auto emitted = provisional_cells<D>(network, done, options, threads, before, consumers);
-  ranks.count_cells(emitted.totals.in_cells + emitted.totals.out_cells);
-  progress.add(numbers, emitted, before, collector, stream);
+  progress.take_in(numbers, options.collect_cells, others, stream,
+                   [&](const Recorded& before, const auto& consumers) {
+                     auto emitted = provisional_cells<D>(network, done, options, threads, before, consumers);
+                     ranks.count_cells(emitted.totals.in_cells + emitted.totals.out_cells);
+                     return emitted;
+                   });
 }
 
 #define BSP2_STAGE(D)                                                                                      \

@@ -173,14 +173,12 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
   alone.begin("computation");
   bool stopped = true;
   while (stopped) {
-    CollectingConsumer collector;
-    std::vector<dataflow::Consumer*> consumers{&collector};
-    const std::vector<std::uint32_t> numbers = progress.region_numbers();
-    const Recorded before = recorded(progress.meshes);
-    auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads,
-                                     before, options.cells, nullptr, consumers)
-                          .evaluation;
-    progress.add(numbers, evaluation, before, collector);
+    auto evaluation = progress.take_in(
+        progress.region_numbers(), true, {}, nullptr, [&](const Recorded& before, const auto& consumers) {
+          return computation<D>(alone, network, std::move(progress.partition.regions), options, threads,
+                                before, options.cells, nullptr, consumers)
+              .evaluation;
+        });
     progress.partition.regions = std::move(evaluation.unfinished);
     const std::uint64_t open = open_of(progress.partition.regions);
     stopped = evaluation.stopped && open > 0;

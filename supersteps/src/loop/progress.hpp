@@ -23,12 +23,27 @@ struct Progress {
   bool keeps_cells = true;           ///< they are collected
   unsigned steps = 0;                ///< computation supersteps
 
-  /// Takes in what an evaluation has found. @param regions the numbers of its regions.
-  /// @param before what it counted from: `recorded(meshes)`. @param stream that sends its cells to the
-  /// master; may be null.
-  void add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation,
-           const Recorded& before, CollectingConsumer& collector, CellStream* stream = nullptr);
+  /// Evaluates regions and takes in what that finds: evaluate(before, consumers), where `before` is what it
+  /// counts from. @param numbers of the regions. @param collects whether their cells are wanted.
+  /// @param consumers besides the one that collects. @param stream that sends cells to the master; may be
+  /// null.
+  /// @return what `evaluate` returns: an Evaluation<D>.
+  template <typename Evaluate>
+  dataflow::Evaluation<D> take_in(const std::vector<std::uint32_t>& numbers, bool collects,
+                                  std::vector<dataflow::Consumer*> consumers, CellStream* stream,
+                                  const Evaluate& evaluate) {
+    CollectingConsumer collector;
+    if (collects) consumers.insert(consumers.begin(), &collector);
+    const Recorded before = recorded(meshes);
+    dataflow::Evaluation<D> evaluation = evaluate(before, consumers);
+    add(numbers, evaluation, before, collector, stream);
+    return evaluation;
+  }
   [[nodiscard]] std::vector<std::uint32_t> region_numbers() const;
+
+ private:
+  void add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation,
+           const Recorded& before, CollectingConsumer& collector, CellStream* stream);
 };
 
 /// Progress, and who computes which region.

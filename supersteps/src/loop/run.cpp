@@ -192,21 +192,23 @@ template <int D>
 Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
                     const RunOptions& options, unsigned threads, std::optional<std::uint64_t> quota,
                     CellStream* stream) {
-  CollectingConsumer collector;
   Teller teller(options);
-  std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells && (stream == nullptr || stream->holds_here())) consumers.push_back(&collector);
-  if (options.on_new_cells) consumers.push_back(&teller);
-  const std::vector<std::uint32_t> numbers = progress.region_numbers();
-  const Recorded before = recorded(progress.meshes);
-  auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads,
-                                 before, quota, stream, consumers);
-  ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells +
-                    computed.evaluation.totals.out_cells);
-  malloc_trim(0);  // what the workers held: the next supersteps need other sizes
-  progress.add(numbers, computed.evaluation, before, collector, stream);
-  progress.partition.regions = std::move(computed.evaluation.unfinished);
-  return computed;
+  std::vector<dataflow::Consumer*> others;
+  if (options.on_new_cells) others.push_back(&teller);
+  const bool collects = options.collect_cells && (stream == nullptr || stream->holds_here());
+  bool shall_move = false;
+  const auto evaluate = [&](const Recorded& before, const std::vector<dataflow::Consumer*>& consumers) {
+    auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads,
+                                   before, quota, stream, consumers);
+    ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells +
+                      computed.evaluation.totals.out_cells);
+    malloc_trim(0);  // what the workers held: the next supersteps need other sizes
+    shall_move = computed.shall_move;
+    return std::move(computed.evaluation);
+  };
+  auto evaluation = progress.take_in(progress.region_numbers(), collects, others, stream, evaluate);
+  progress.partition.regions = std::move(evaluation.unfinished);
+  return {std::move(evaluation), shall_move};
 }
 
 /// What ranks have done in the rounds of a step so far.
@@ -271,14 +273,13 @@ template <int D>
 void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options,
                unsigned threads, CellStream* stream) {
   if (progress.partition.regions.empty()) return;
-  CollectingConsumer collector;
-  std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&collector);
-  if (stream != nullptr) consumers.push_back(stream);
-  const Recorded before = recorded(progress.meshes);
-  auto evaluation =
-      provisional_cells<D>(network, progress.partition.regions, options, threads, before, consumers);
-  progress.add(progress.region_numbers(), evaluation, before, collector, stream);
+  std::vector<dataflow::Consumer*> others;
+  if (stream != nullptr) others.push_back(stream);
+  progress.take_in(progress.region_numbers(), options.collect_cells, others, stream,
+                   [&](const Recorded& before, const auto& consumers) {
+                     return provisional_cells<D>(network, progress.partition.regions, options, threads,
+                                                 before, consumers);
+                   });
 }
 
 /// Cells go to the master while they are computed, if they are wanted there.
