@@ -224,6 +224,8 @@ void add_primitives(py::module_& m) {
   m.def("cone", &cone, arg("h") = 1.0, arg("r1") = 1.0, arg("r2") = 0.0, arg("center") = false,
         arg("fn") = 0U, "A truly round cone or frustum along z.");
   m.def("torus", &torus, arg("R") = 2.0, arg("r") = 1.0, arg("fn") = 0U, "A truly round torus around z.");
+  m.def("paraboloid", &paraboloid, arg("h") = 1.0, arg("r") = 1.0, arg("dimension") = 3, arg("fn") = 0U,
+        "The truly round dish whose radius at the height z is r sqrt(z / h), up to h.");
   m.def(
       "bezier",
       [](const py::object& points, const py::object& weights) {

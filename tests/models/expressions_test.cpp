@@ -36,6 +36,7 @@ const Example examples[] = {
     {"d_cylinder", 4, 8 * pi / 3, 0.2},
     {"cone", 3, 7 * pi, 0.02},
     {"torus", 3, 6 * pi* pi, 0.05},
+    {"paraboloid", 3, 9 * pi, 0.02},
     {"complement", 4, 47},
     {"symmetric_difference", 2, 6},
     {"multmatrix", 4, 6},

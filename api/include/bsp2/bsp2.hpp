@@ -232,6 +232,8 @@ BSP2_API Expression d_cylinder(int dimension, double r, const Vector& h, bool ce
 BSP2_API Expression cone(double h = 1, double r1 = 1, double r2 = 0, bool center = false, unsigned fn = 0);
 /// Around z. @param R of the circle, r around it.
 BSP2_API Expression torus(double R = 2, double r = 1, unsigned fn = 0);
+/// The truly round dish of the points whose distance to the last axis is at most r sqrt(z / h), 0 <= z <= h.
+BSP2_API Expression paraboloid(double h = 1, double r = 1, int dimension = 3, unsigned fn = 0);
 
 // Splines: control points in lists in lists, for as many parameters as there are levels above the points.
 

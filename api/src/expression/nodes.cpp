@@ -189,6 +189,11 @@ Expression torus(double R, double r, unsigned fn) {
   add_fineness(arguments, fn);
   return Expression::node("torus", arguments);
 }
+Expression paraboloid(double h, double r, int dimension, unsigned fn) {
+  Arguments arguments{{"h", h}, {"r", r}, {"dimension", dimension}};
+  add_fineness(arguments, fn);
+  return Expression::node("paraboloid", arguments, {}, dimension);
+}
 
 Expression bezier(const Value& points, const std::optional<Value>& weights) {
   Arguments arguments{{"points", points}};
