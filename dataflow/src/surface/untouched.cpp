@@ -4,11 +4,12 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <variant>
 
 namespace bsp2::dataflow {
 namespace {
 
-using geometry::RoundSolid;
+using TrueSolid = geometry::RoundSolid;
 using Vector = std::array<double, 3>;
 using Frame = geometry::AffineMap<3>::Inverse;
 
@@ -33,29 +34,31 @@ bool keeps_balls(const Frame& frame) {
   return keeps_circles(frame) && are_equal(length(frame.matrix[0]), length(frame.matrix[2]));
 }
 
-RoundSolid placed(decltype(RoundSolid::shape) shape, const Frame& frame, const Producer<3>& producer) {
+TrueSolid placed(decltype(TrueSolid::shape) shape, const Frame& frame, const Producer<3>& producer) {
   return {shape,         frame.origin,   unit(frame.matrix[0]), unit(frame.matrix[2]),
           producer.part, producer.lower, producer.upper};
 }
 
-std::optional<RoundSolid> round_solid(const Network<3>& network, const Producer<3>& producer) {
-  if (producer.kind == ProducerKind::torus) {
-    const Torus& torus = network.tori[producer.index];
-    if (!keeps_balls(torus.to_frame) || !(torus.family.minor() < 1)) return std::nullopt;
-    const double major = 1 / length(torus.to_frame.matrix[0]);
-    return placed(RoundSolid::Torus{major, major * torus.family.minor()}, torus.to_frame, producer);
-  }
-  const Round<3>& round = network.rounds[producer.index];
+std::optional<TrueSolid> true_solid(const Round<3>& round, const Producer<3>& producer) {
   const double radius = 1 / length(round.to_frame.matrix[0]);
   if (round.family.axes() == 3)
     return keeps_balls(round.to_frame)
-               ? std::optional(placed(RoundSolid::Ball{radius}, round.to_frame, producer))
+               ? std::optional(placed(TrueSolid::Ball{radius}, round.to_frame, producer))
                : std::nullopt;
   if (!keeps_circles(round.to_frame)) return std::nullopt;
-  const RoundSolid::Cone cone{radius * round.family.bottom(), radius * round.family.top(),
-                              1 / length(round.to_frame.matrix[2])};
+  const TrueSolid::Cone cone{radius * round.family.bottom(), radius * round.family.top(),
+                             1 / length(round.to_frame.matrix[2])};
   return placed(cone, round.to_frame, producer);
 }
+
+std::optional<TrueSolid> true_solid(const Torus& torus, const Producer<3>& producer) {
+  if (!keeps_balls(torus.to_frame) || !(torus.family.minor() < 1)) return std::nullopt;
+  const double major = 1 / length(torus.to_frame.matrix[0]);
+  return placed(TrueSolid::Torus{major, major * torus.family.minor()}, torus.to_frame, producer);
+}
+
+/// CAD files have no surface for it but splines.
+std::optional<TrueSolid> true_solid(const Paraboloid<3>&, const Producer<3>&) { return std::nullopt; }
 
 /// Of each producer, whether its box misses all others. Only those that begin before it ends are looked at.
 std::vector<bool> standing_free(const std::vector<Producer<3>>& producers) {
@@ -74,15 +77,17 @@ std::vector<bool> standing_free(const std::vector<Producer<3>>& producers) {
 
 }  // namespace
 
-std::vector<RoundSolid> untouched_rounds(const Network<3>& network) {
-  std::vector<RoundSolid> solids;
-  if (network.rounds.empty() && network.tori.empty()) return solids;
+std::vector<TrueSolid> untouched_rounds(const Network<3>& network) {
+  std::vector<TrueSolid> solids;
+  if (network.rounds.empty()) return solids;
   const std::vector<bool> is_free = standing_free(network.producers);
   for (std::size_t i = 0; i < network.producers.size(); ++i) {
     const Producer<3>& producer = network.producers[i];
-    const bool is_round = producer.kind == ProducerKind::round || producer.kind == ProducerKind::torus;
-    if (!is_round || !is_free[i] || producer.guard != -1 || !producer.owns || producer.is_empty()) continue;
-    if (const auto solid = round_solid(network, producer)) solids.push_back(*solid);
+    if (producer.kind != ProducerKind::round || !is_free[i]) continue;
+    if (producer.guard != -1 || !producer.owns || producer.is_empty()) continue;
+    const auto solid = std::visit([&](const auto& round) { return true_solid(round, producer); },
+                                  network.rounds[producer.index]);
+    if (solid) solids.push_back(*solid);
   }
   return solids;
 }

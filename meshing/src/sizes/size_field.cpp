@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "tetrahedra/quality.hpp"
+#include "simplices/shape.hpp"
 
 namespace bsp2::meshing {
 

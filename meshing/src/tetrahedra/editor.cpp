@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "tetrahedra/quality.hpp"
+#include "simplices/shape.hpp"
 
 namespace bsp2::meshing {
 namespace {

@@ -4,8 +4,8 @@
 #include <queue>
 
 #include "bsp2/geometry/support/interruption.hpp"
+#include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"
-#include "tetrahedra/quality.hpp"
 
 namespace bsp2::meshing {
 namespace {

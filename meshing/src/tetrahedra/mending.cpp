@@ -7,8 +7,8 @@
 #include <map>
 #include <numeric>
 
+#include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"
-#include "tetrahedra/quality.hpp"
 
 namespace bsp2::meshing {
 namespace {

@@ -1,8 +1,7 @@
-#include "tetrahedra/quality.hpp"
-
 #include <numbers>
 
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
+#include "simplices/shape.hpp"
 
 namespace bsp2::meshing {
 
