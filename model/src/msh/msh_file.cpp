@@ -1,5 +1,5 @@
-// Meshes of gmsh, as text and binary.
-// Source: the gmsh reference manual, "MSH file format" (4.1) and "Legacy formats" (2.2).
+#include "bsp2/model/msh/msh_file.hpp"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -15,11 +15,12 @@
 
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/model/expression/csg.hpp"
 #include "import/imports.hpp"
 #include "import/part_names.hpp"
 #include "import/text_cursor.hpp"
-#include "mesh/mesh_closing.hpp"
 
+// Source: the gmsh reference manual, "MSH file format" (4.1) and "Legacy formats" (2.2).
 namespace bsp2::model {
 namespace {
 
@@ -140,20 +141,11 @@ std::optional<ElementType> element_type(std::int64_t number) {
   return types[static_cast<std::size_t>(number - 1)];
 }
 
-/// The sides of a solid element, by the number of its corners: counter-clockwise seen from outside.
-const std::vector<std::vector<std::size_t>>& sides_of(int corners) {
-  static const std::vector<std::vector<std::size_t>> tetrahedron{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}},
-      pyramid{{0, 3, 2, 1}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}},
-      prism{{0, 2, 1}, {3, 4, 5}, {0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}},
-      hexahedron{{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
-  return corners == 4 ? tetrahedron : corners == 5 ? pyramid : corners == 6 ? prism : hexahedron;
-}
-
 class MshReader {
  public:
-  MshReader(std::string_view bytes, const std::filesystem::path& path) : input_(bytes, path), path_(path) {}
+  MshReader(std::string_view bytes, const std::filesystem::path& path) : input_(bytes, path) {}
 
-  ImportedParts read() {
+  MshFile read() {
     read_format();
     while (!input_.is_at_end()) {
       const std::string section(input_.word());
@@ -166,26 +158,17 @@ class MshReader {
       else if (const std::string_view word = input_.word(); word != end)
         input_.fail("expected " + end + ", found '" + printable_name(word.substr(0, 40)) + "'");
     }
-    return finished();
+    if (!has_nodes_ || !has_elements_) input_.fail("there are no nodes or no elements in it");
+    return std::move(file_);
   }
 
  private:
-  /// Elements of one dimension with one physical group, or else of one entity.
-  struct Group {
-    std::string name;
-    std::vector<std::vector<std::uint32_t>> elements;  // corners
-  };
-  using Key = std::pair<bool, std::int64_t>;  // is it a physical group; its number
-
   MshInput input_;
-  const std::filesystem::path& path_;
   bool is_version_4_ = false;
-  std::vector<Point3> points_;
+  MshFile file_;
   std::unordered_map<std::uint64_t, std::uint32_t> point_of_node_;
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> physical_names_;    // by dimension and number
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> physical_groups_;  // of entities
-  std::map<Key, Group> surfaces_, volumes_;
-  std::size_t curved_ = 0;
   bool has_nodes_ = false, has_elements_ = false;
 
   void read_format() {
@@ -257,9 +240,9 @@ class MshReader {
   }
 
   void add_node(std::uint64_t number, const Point3& point) {
-    if (!point_of_node_.try_emplace(number, static_cast<std::uint32_t>(points_.size())).second)
+    if (!point_of_node_.try_emplace(number, static_cast<std::uint32_t>(file_.points.size())).second)
       input_.fail("there is a node " + std::to_string(number) + " already");
-    points_.push_back(point);
+    file_.points.push_back(point);
   }
 
   Point3 point() {
@@ -345,7 +328,7 @@ class MshReader {
       const std::int64_t dimension = input_.integer(), entity = input_.integer();
       const ElementType type = known_type(input_.integer());
       const auto found = physical_groups_.find({dimension, entity});
-      Group* group =
+      MshFile::Group* group =
           group_of(type.dimension,
                    found != physical_groups_.end() ? std::optional(found->second) : std::nullopt, entity);
       for (std::size_t i = input_.count(input_.size(), 2); i > 0; --i) {
@@ -361,10 +344,11 @@ class MshReader {
     return *type;
   }
 
-  Group* group_of(int dimension, std::optional<std::int64_t> physical, std::int64_t entity) {
+  MshFile::Group* group_of(int dimension, std::optional<std::int64_t> physical, std::int64_t entity) {
     if (dimension < 2) return nullptr;
-    Group& group =
-        (dimension == 2 ? surfaces_ : volumes_)[physical ? Key(true, *physical) : Key(false, entity)];
+    MshFile::Group& group =
+        (dimension == 2 ? file_.surfaces
+                        : file_.volumes)[physical ? std::pair(true, *physical) : std::pair(false, entity)];
     if (physical && group.name.empty())
       if (const auto name = physical_names_.find({dimension, *physical}); name != physical_names_.end())
         group.name = name->second;
@@ -372,112 +356,31 @@ class MshReader {
   }
 
   template <typename Next>
-  void read_corners(const ElementType& type, Group* group, Next next) {
+  void read_corners(const ElementType& type, MshFile::Group* group, Next next) {
     std::vector<std::uint32_t> corners;
     for (int i = 0; i < type.nodes; ++i) {
       const std::uint64_t node = next();
-      if (group == nullptr || i >= type.corners) continue;
+      if (group == nullptr) continue;
       const auto found = point_of_node_.find(node);
       if (found == point_of_node_.end())
         input_.fail("an element names node " + std::to_string(node) + ", which has not been told of");
-      corners.push_back(found->second);
+      if (i < type.corners)
+        corners.push_back(found->second);
+      else
+        file_.between.push_back(found->second);
     }
     if (group == nullptr) return;
-    if (type.nodes > type.corners) ++curved_;
+    if (type.nodes > type.corners) ++file_.curved;
     group->elements.push_back(std::move(corners));
-  }
-
-  void add_face(const std::vector<std::uint32_t>& corners, ImportedMesh& mesh,
-                std::unordered_map<std::uint32_t, std::uint32_t>& own) const {
-    std::vector<std::uint32_t> face;
-    for (const std::uint32_t corner : corners) {
-      const auto [found, is_new] = own.try_emplace(corner, static_cast<std::uint32_t>(mesh.points.size()));
-      if (is_new) mesh.add_point(points_[corner]);
-      face.push_back(found->second);
-    }
-    mesh.add_face(face);
-  }
-
-  ImportedMesh surface_of(const std::vector<std::vector<std::uint32_t>>& faces) const {
-    ImportedMesh mesh;
-    std::unordered_map<std::uint32_t, std::uint32_t> own;
-    for (const auto& face : faces) add_face(face, mesh, own);
-    return mesh;
-  }
-
-  /// The sides of solid elements that are between no two of them.
-  ImportedMesh skin_of(const std::vector<std::vector<std::uint32_t>>& elements) const {
-    std::map<std::vector<std::uint32_t>, std::vector<std::uint32_t>> single;  // by sorted corners
-    for (const auto& element : elements) {
-      const bool is_inverted = element.size() == 4 && is_inside_out(element);
-      for (const auto& side : sides_of(static_cast<int>(element.size()))) {
-        std::vector<std::uint32_t> face;
-        for (const std::size_t i : side) face.push_back(element[i]);
-        if (is_inverted) std::reverse(face.begin(), face.end());
-        std::vector<std::uint32_t> key = face;
-        std::sort(key.begin(), key.end());
-        if (const auto [found, is_new] = single.try_emplace(std::move(key), std::move(face)); !is_new)
-          single.erase(found);
-      }
-    }
-    ImportedMesh mesh;
-    std::unordered_map<std::uint32_t, std::uint32_t> own;
-    for (const auto& [key, face] : single) add_face(face, mesh, own);
-    return mesh;
-  }
-
-  [[nodiscard]] bool is_inside_out(const std::vector<std::uint32_t>& corners) const {
-    std::array<Point3, 3> e{};
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t k = 0; k < 3; ++k) e[i][k] = points_[corners[i + 1]][k] - points_[corners[0]][k];
-    return e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
-               e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
-               e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]) <
-           0;
-  }
-
-  /// Solid elements are parts by their groups. Groups of a surface are, if each of them is closed; else they
-  /// are sides of solids, and all is one mesh.
-  ImportedParts finished() {
-    ImportedParts result;
-    PartNames names;
-    const bool is_solid = !volumes_.empty();
-    for (const auto& [key, group] : is_solid ? volumes_ : surfaces_) {
-      if (group.elements.empty()) continue;
-      result.parts.push_back(
-          {names.once(group.name), {}, is_solid ? skin_of(group.elements) : surface_of(group.elements)});
-    }
-    if (result.parts.empty()) {
-      if (!has_nodes_ || !has_elements_) input_.fail("there are no nodes or no elements in it");
-      input_.fail("there are no triangles and no solid elements in it");
-    }
-    if (is_solid)
-      result.notes.emplace_back("it is a mesh of solid elements, whose outside is taken");
-    else if (!are_closed(result.parts)) {
-      if (std::any_of(result.parts.begin(), result.parts.end(),
-                      [](const ImportedPart& part) { return !part.name.empty(); }))
-        result.notes.emplace_back(
-            "its groups are sides of a solid, and no solids; their names are passed over");
-      ImportedMesh all = joined(result.parts);
-      result.parts.clear();
-      result.parts.push_back({{}, {}, std::move(all)});
-    }
-    if (curved_ > 0)
-      result.warnings.push_back(counted(
-          curved_, "# element[s] of higher order [counts|count] by the corners alone, with straight edges"));
-    return result;
-  }
-
-  static bool are_closed(const std::vector<ImportedPart>& parts) {
-    return std::all_of(parts.begin(), parts.end(),
-                       [](const ImportedPart& part) { return open_edges(part.mesh.faces).empty(); });
   }
 };
 
 }  // namespace
 
-ImportedParts import_msh(std::string_view bytes, const std::filesystem::path& path) {
+MshFile read_msh(std::string_view bytes, const std::filesystem::path& path) {
   return MshReader(bytes, path).read();
 }
+
+MshFile read_msh(const std::filesystem::path& path) { return read_msh(read_text(path), path); }
 
 }  // namespace bsp2::model
