@@ -3,12 +3,17 @@
 #include <sys/wait.h>
 
 #include <array>
+#include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "support/temporary_folder.hpp"
 
@@ -117,6 +122,99 @@ TEST_F(MeshProgram, PlaneModelsAreRefused) {
   const MeshEnded ended = run("a.msh");
   EXPECT_EQ(ended.code, 2) << ended.text;
   EXPECT_NE(ended.text.find("of dimension 3, not 2"), std::string::npos) << ended.text;
+}
+
+/// A file of version 2.2 as lines, of which some may be made wrong.
+class CheckedMesh : public MeshProgram {
+ protected:
+  fs::path file_ = folder_.path() / "a.msh";
+
+  MeshEnded check(const std::string& options = "") {
+    return mesh("--check " + file_.string() + " --report " + report_.string() + " " + options);
+  }
+  std::vector<std::string> lines() {
+    std::vector<std::string> lines;
+    std::istringstream text(content_of(file_));
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    return lines;
+  }
+  MeshEnded check_lines(const std::vector<std::string>& lines) {
+    std::ofstream file(file_);
+    for (const std::string& line : lines) file << line << '\n';
+    file.close();
+    return check();
+  }
+};
+
+TEST_F(CheckedMesh, WhatIsWrittenIsValidAndHasTheSameFigures) {
+  for (const char* options : {"", "--msh-version 2.2", "--element-order 2"}) {
+    ASSERT_EQ(run("a.msh", std::string("--size 0.7 --group 'floor=z==min' ") + options).code, 0);
+    const nlohmann::json made = report();
+    const MeshEnded ended = check("--stats");
+    ASSERT_EQ(ended.code, 0) << ended.text;
+    EXPECT_NE(ended.text.find("on the outside"), std::string::npos) << ended.text;
+    const nlohmann::json read = report();
+    for (const char* figure : {"type", "cells", "points", "faces", "outer_faces", "groups"})
+      EXPECT_EQ(read.at(figure), made.at(figure)) << options << figure;
+    for (const char* volume : {"a", "b"})
+      EXPECT_NEAR(read.at("volumes").at(volume).get<double>(), made.at("volumes").at(volume).get<double>(),
+                  1e-12);
+    for (const char* shape : {"dihedral_angles", "aspect"})
+      for (const auto& [name, figure] : made.at(shape).items()) {
+        if (figure.is_array()) continue;
+        EXPECT_NEAR(read.at(shape).at(name).get<double>(), figure.get<double>(), 1e-9) << name;
+      }
+    EXPECT_EQ(read.at("dihedral_angles").at("histogram"), made.at("dihedral_angles").at("histogram"));
+  }
+}
+
+TEST_F(CheckedMesh, WhatIsWrongIsToldInOneSentence) {
+  ASSERT_EQ(run("a.msh", "--size 0.7 --msh-version 2.2").code, 0);
+  const std::vector<std::string> right = lines();
+  const auto tetrahedra = report().at("cells").get<std::uint64_t>();
+  ASSERT_GT(tetrahedra, 1U);
+  const char* given = std::getenv("BSP2_SEED");
+  const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937_64 random(seed);
+  const std::size_t chosen = right.size() - 2 - static_cast<std::size_t>(random() % tetrahedra);
+  std::istringstream words(right[chosen]);
+  std::array<std::string, 9> word;  // number, type, two tags, corners
+  for (std::string& each : word) words >> each;
+  ASSERT_EQ(word[1], "4") << right[chosen];
+  const auto with = [&](std::size_t i, const std::string& corner, std::size_t k, const std::string& other) {
+    auto changed = word;
+    changed[i] = corner;
+    changed[k] = other;
+    std::string line;
+    for (const std::string& each : changed) line += each + " ";
+    auto all = right;
+    all[chosen] = line;
+    return all;
+  };
+  struct {
+    std::vector<std::string> lines;
+    const char* words;
+  } const wrong[] = {
+      {with(5, word[6], 6, word[5]), "is no valid mesh: 1 tetrahedron is flat or turned over\n"},
+      {with(5, word[6], 6, word[6]), "1 tetrahedron is flat or turned over"},
+      {with(5, "123456", 6, word[6]), "names node 123456, which has not been told of"},
+      {{right.begin(), right.begin() + static_cast<std::ptrdiff_t>(chosen)}, "cut off"}};
+  for (const auto& [lines, text] : wrong) {
+    const MeshEnded ended = check_lines(lines);
+    EXPECT_EQ(ended.code, 2) << ended.text;
+    EXPECT_NE(ended.text.find(text), std::string::npos) << ended.text;
+  }
+  EXPECT_EQ(check_lines(right).code, 0);
+}
+
+TEST_F(CheckedMesh, OptionsThatMakeAMeshAreRefused) {
+  EXPECT_EQ(check("--size 3").code, 2);
+  EXPECT_EQ(check("-o b.msh").code, 2);
+  const MeshEnded ended = mesh("--check " + model_.string());
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_NE(ended.text.find("end in .msh"), std::string::npos) << ended.text;
+  EXPECT_NE(mesh(model_.string()).text.find("--output is required"), std::string::npos);
 }
 
 }  // namespace

@@ -136,6 +136,8 @@ class SolverMeshMaker {
     }
     for (const std::int32_t part : complex.part) mesh_.volume.push_back(groups_->volume_of(part));
     summary_.faces = complex.faces();
+    summary_.outer_faces = static_cast<std::uint64_t>(
+        std::count(complex.neighbour.begin(), complex.neighbour.end(), Complex::outside));
     mesh_.polyhedra = std::move(complex);
   }
 
@@ -196,20 +198,15 @@ class SolverMeshMaker {
           groups_->group_of(side.part, side.other, tets.triangles[i], tets.points));
     }
     for (const std::int32_t part : tets.part) mesh_.volume.push_back(groups_->volume_of(part));
-    summary_.faces = 2 * tets.tetrahedra.size();
-    std::size_t outer = 0;
-    for (const std::uint32_t side : tets.side) outer += tets.sides[side].other == meshing::PlaneSide::nothing;
-    summary_.faces += outer / 2;
+    for (const std::uint32_t side : tets.side)
+      summary_.outer_faces += tets.sides[side].other == meshing::PlaneSide::nothing;
+    summary_.faces = (4 * tets.tetrahedra.size() + summary_.outer_faces) / 2;
   }
 
   void tell_quality() {
     const meshing::Quality quality = meshing::quality_of(mesh_.tetrahedra);
     if (quality.turned > 0) throw std::runtime_error("a tetrahedron is turned over, against all care");
-    summary_.smallest_angle = quality.smallest_angle;
-    summary_.largest_angle = quality.largest_angle;
-    summary_.mean_smallest_angle = quality.mean_smallest_angle;
-    summary_.histogram = quality.histogram;
-    summary_.below = quality.tetrahedra_below;
+    summary_.take(quality);
   }
 
   void count() {
@@ -263,6 +260,16 @@ class SolverMeshMaker {
 };
 
 }  // namespace
+
+void MeshSummary::take(const meshing::Quality& quality) {
+  smallest_angle = quality.smallest_angle;
+  largest_angle = quality.largest_angle;
+  mean_smallest_angle = quality.mean_smallest_angle;
+  smallest_aspect = quality.smallest_aspect;
+  mean_aspect = quality.mean_aspect;
+  histogram = quality.histogram;
+  below = quality.tetrahedra_below;
+}
 
 MadeSolverMesh make_solver_mesh(const SolverMeshOptions& options, const supersteps::RunResult& result,
                                 std::string_view dashes) {

@@ -2,6 +2,7 @@
 
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 #include "bsp2/api/products/solver_mesh.hpp"
 #include "bsp2/supersteps/state/run_result.hpp"
@@ -21,5 +22,9 @@ void print_mesh_summary(std::ostream& out, const MeshSummary& summary, bool with
 
 /// A report with the mesh in it.
 std::string with_mesh(const std::string& report, const MeshSummary& summary);
+
+/// `mesh --check`: prints and reports what a mesh in a file is like.
+/// @return what else is good to know. @throws bsp2::Error that says what is wrong if the mesh is not valid.
+std::vector<std::string> check_mesh_file(const RunCommand& command, std::ostream& out);
 
 }  // namespace bsp2::jobs

@@ -285,7 +285,7 @@ void add_tables_options(CLI::App& app, RunCommand& command) {
 void add_mesh_command(CLI::App& app, RunCommand& command, Raw& raw) {
   auto& options = command.options;
   add_input(app, "MODEL|SNAPSHOT", raw.solver_mesh.input,
-            "a .csg or .scad file, or what --snapshot wrote (.h5)");
+            "a .csg or .scad file, or what --snapshot wrote (.h5);\nwith --check a mesh (.msh)");
   add_mesh_options(app, raw.solver_mesh);
   const auto group = work_group;
   app.add_flag("--curved", options.curved, "take spheres, cylinders, circles as truly round")->group(group);
@@ -306,6 +306,7 @@ void add_mesh_command(CLI::App& app, RunCommand& command, Raw& raw) {
       ->group(group);
   app.add_flag("--strict", options.strict, "end with an error where there is a warning")->group(group);
   add_threads_option(app, command, group);
+  add_check_option(app, raw.solver_mesh);
   add_path(app, "--report", raw.report, "write the report", "FILE.json");
   app.add_flag("--stats", command.stats, "print how many dihedral angles are how large");
   app.add_flag("--quiet", command.quiet, "print no summary and no progress");
@@ -314,6 +315,7 @@ void add_mesh_command(CLI::App& app, RunCommand& command, Raw& raw) {
       "  bsp2 mesh model.csg -o model.msh --size 2\n"
       "  bsp2 mesh model.csg -o model.inp --element-order 2 --group fixed=x==min\n"
       "  bsp2 mesh model.csg -o case              an OpenFOAM case of polyhedra\n"
+      "  bsp2 mesh --check model.msh              what a mesh is like; is it valid?\n"
       "On several ranks the cells are computed by all and meshed by the first one.");
 }
 
@@ -436,6 +438,10 @@ RunCommand finished(RunCommand command, const Raw& raw) {
       command.boundaries = {*command.folder / boundary_name};
     if (!command.picture) command.picture = *command.folder / picture_name;
     if (!command.report) command.report = *command.folder / report_name;
+  }
+  if (raw.solver_mesh.check) {
+    command.checked_mesh = raw.solver_mesh.input;
+    return command;
   }
   if (!raw.solver_mesh.input.empty()) {
     command.solver_mesh = mesh_command(raw.solver_mesh);

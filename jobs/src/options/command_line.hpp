@@ -64,7 +64,8 @@ struct RunCommand {
   bool brief = false;            ///< only the first of them
   std::function<void(const std::filesystem::path&)> on_writing;  ///< called before a file is written
   [[nodiscard]] bool shows_steps() const { return frames || series; }
-  std::optional<MeshCommand> solver_mesh;  ///< make a mesh for solvers, and nothing else
+  std::optional<MeshCommand> solver_mesh;             ///< make a mesh for solvers, and nothing else
+  std::optional<std::filesystem::path> checked_mesh;  ///< tell what this mesh is like, and nothing else
   std::optional<QueueCommand>
       queue;  ///< work with a queue of jobs; to merge is to resume what they have found
   std::optional<ViewCommand> viewer;  ///< show the run in browsers, and again when its files are saved

@@ -84,6 +84,21 @@ void add_mesh_options(CLI::App& app, MeshText& text) {
       ->group(group);
 }
 
+void add_check_option(CLI::App& app, MeshText& text) {
+  CLI::Option* output = app.get_option("--output");
+  const auto ask = [&text, output](std::int64_t) {
+    text.check = true;
+    output->required(false);
+  };
+  std::vector<CLI::Option*> of_making;
+  for (CLI::Option* option : app.get_options())
+    if (!option->get_positional() && option != app.get_help_ptr() && option != app.get_help_all_ptr())
+      of_making.push_back(option);
+  CLI::Option* check = app.add_flag_function(
+      "--check", ask, "make none: tell what the mesh in a .msh file is like, and if\nit is valid");
+  for (CLI::Option* option : of_making) check->excludes(option);
+}
+
 MeshCommand mesh_command(const MeshText& text) {
   MeshCommand command;
   command.output = text.output;

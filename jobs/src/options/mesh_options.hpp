@@ -31,10 +31,15 @@ struct MeshText {
   std::optional<double> clean, size;
   double growth = SolverMeshOptions{}.growth;
   int order = 1;
+  bool check = false;
 };
 
 /// Adds the options that only this command has.
 void add_mesh_options(CLI::App& app, MeshText& text);
+
+/// `--check`, which leaves no room for what says how a mesh is made. After all options but --report, --stats
+/// and --quiet.
+void add_check_option(CLI::App& app, MeshText& text);
 
 /// What they mean. @throws bsp2::Error if they make no sense.
 MeshCommand mesh_command(const MeshText& text);

@@ -202,6 +202,11 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     if (ranks.is_master()) print_snapshot(out, *command.info);
     return 0;
   }
+  if (command.checked_mesh) {
+    if (!ranks.is_master()) return 0;
+    for (const std::string& note : check_mesh_file(command, out)) log.info("note: {}", note);
+    return 0;
+  }
   if (command.options.resume) io::check_snapshot_is_readable(*command.options.resume);
   if (command.points && ranks.is_master()) {
     const io::SnapshotHead head = io::read_snapshot(*command.options.resume, io::SnapshotPart::head).head;

@@ -4,15 +4,33 @@
 #include "simplices/shape.hpp"
 
 namespace bsp2::meshing {
+namespace {
+
+/// See Quality.
+double aspect_of(const std::array<const Point*, 4>& p, const std::array<Point, 4>& normals) {
+  double longest = 0, twice_area = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    twice_area += std::sqrt(dot(normals[i], normals[i]));
+    for (std::size_t k = i + 1; k < 4; ++k) longest = std::max(longest, squared_distance(*p[i], *p[k]));
+  }
+  const double six_volumes = -dot(normals[3], *p[3] - *p[0]);
+  const double measure = twice_area * std::sqrt(longest);  // the radius is 3 volumes by the area
+  return measure > 0 ? std::clamp(2 * std::sqrt(6.0) * six_volumes / measure, 0.0, 1.0) : 0;
+}
+
+}  // namespace
 
 Quality quality_of(const Tetrahedra& mesh) {
   Quality quality;
-  double sum = 0;
+  double sum = 0, sum_of_aspects = 0;
   for (const auto& t : mesh.tetrahedra) {
     const std::array<const Point*, 4> p{&mesh.points[t[0]], &mesh.points[t[1]], &mesh.points[t[2]],
                                         &mesh.points[t[3]]};
     if (orientation(*p[0], *p[1], *p[2], *p[3]) <= 0) ++quality.turned;
     const auto n = normals_of(*p[0], *p[1], *p[2], *p[3]);
+    const double aspect = aspect_of(p, n);
+    quality.smallest_aspect = std::min(quality.smallest_aspect, aspect);
+    sum_of_aspects += aspect;
     double smallest = 180;
     for (int i = 0; i < 4; ++i)
       for (int k = i + 1; k < 4; ++k) {
@@ -29,8 +47,10 @@ Quality quality_of(const Tetrahedra& mesh) {
     for (std::size_t i = 0; i < limits.size(); ++i)
       if (smallest < limits[i]) ++quality.tetrahedra_below[i];
   }
-  if (!mesh.tetrahedra.empty())
-    quality.mean_smallest_angle = sum / static_cast<double>(mesh.tetrahedra.size());
+  if (const auto count = static_cast<double>(mesh.tetrahedra.size()); count > 0) {
+    quality.mean_smallest_angle = sum / count;
+    quality.mean_aspect = sum_of_aspects / count;
+  }
   return quality;
 }
 

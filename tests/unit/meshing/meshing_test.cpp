@@ -343,6 +343,64 @@ TEST(Shape, EdgesAreAsLongAsTheFieldSays) {
   EXPECT_NEAR(sum[1] / count[1], 1.0, 0.35);
 }
 
+/// Any tetrahedra over few points: by the list of those on each face, and on which side of it their points
+/// are.
+TEST(FaceUse, IsThatOfAListOfEachFace) {
+  const std::uint64_t seed = dataflow::new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  std::array<int, 5> met{};
+  for (int round = 0; round < samples::all_rounds(200); ++round) {
+    Tetrahedra mesh;
+    std::vector<std::uint32_t> some{0, 1, 2, 3, 4, 5, 6, 7};
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      mesh.points.emplace_back();
+      for (double& x : mesh.points.back()) x = dataflow::pick(random, -2, 2);
+    }
+    std::map<std::array<std::uint32_t, 3>, std::vector<std::uint32_t>> apexes;
+    for (int i = dataflow::pick(random, 1, 8); i > 0; --i) {
+      std::shuffle(some.begin(), some.end(), random);
+      mesh.tetrahedra.push_back({some[0], some[1], some[2], some[3]});
+      for (std::size_t k = 0; k < 4; ++k) {
+        std::array face{some[(k + 1) % 4], some[(k + 2) % 4], some[(k + 3) % 4]};
+        if (k == 0) mesh.triangles.push_back({some[3], some[1], some[4]});
+        std::sort(face.begin(), face.end());
+        apexes[face].push_back(some[k]);
+      }
+    }
+    std::array<std::uint64_t, 5> expected{};
+    for (const auto& [face, points] : apexes) {
+      ++expected[std::min<std::size_t>(points.size(), 3) - 1];
+      const auto side = [&, f = face](std::uint32_t apex) {
+        return exact_sign(mesh.points[f[0]], mesh.points[f[1]], mesh.points[f[2]], mesh.points[apex]);
+      };
+      if (points.size() == 2 && side(points[0]) * side(points[1]) > 0) ++expected[3];
+    }
+    for (auto triangle : mesh.triangles) {
+      std::sort(triangle.begin(), triangle.end());
+      expected[4] += 1 - apexes.count(triangle);
+    }
+    const FaceUse use = face_use(mesh);
+    ASSERT_EQ((std::array{use.once, use.twice, use.more, use.folded, use.strange}), expected);
+    for (std::size_t i = 0; i < met.size(); ++i) met[i] += expected[i] > 0 ? 1 : 0;
+  }
+  for (const int times : met) EXPECT_GT(times, 0);
+}
+
+TEST(Quality, AspectIsOneOfRegularTetrahedraAndNoneOfFlatOnes) {
+  Tetrahedra mesh;
+  mesh.points = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}, {-1, -1, -1}, {1, 1, -1}};
+  mesh.tetrahedra = {{0, 2, 1, 3}};
+  EXPECT_NEAR(quality_of(mesh).smallest_aspect, 1, 1e-12);
+  mesh.tetrahedra = {{4, 1, 2, 3}};  // a corner of a cube
+  EXPECT_NEAR(quality_of(mesh).smallest_aspect, 2 * std::sqrt(3.0) / (3 + std::sqrt(3.0)), 1e-12);
+  mesh.tetrahedra.push_back({4, 1, 2, 5});
+  const Quality quality = quality_of(mesh);
+  EXPECT_EQ(quality.smallest_aspect, 0);
+  EXPECT_EQ(quality.turned, 1U);
+  EXPECT_NEAR(quality.mean_aspect, std::sqrt(3.0) / (3 + std::sqrt(3.0)), 1e-12);
+}
+
 TEST(Groups, AreNamedByPartAndByRule) {
   const std::vector<Point> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   Groups groups({"a", "b"}, {parse_group("floor=z==min"), parse_group("low = x <= 0.5 & y<=0.5")}, points,

@@ -73,9 +73,21 @@ struct Quality {
   double mean_smallest_angle = 0;                   ///< of the smallest of each tetrahedron
   std::array<std::uint64_t, 18> histogram{};        ///< dihedral angles in steps of 10 degrees
   std::array<std::uint64_t, 3> tetrahedra_below{};  ///< whose smallest angle is below 1, 5 and 10 degrees
-  std::uint64_t turned = 0;                         ///< flat or turned over, decided exactly
+  /// The radius of the inscribed ball by the longest edge, as a share of that of a regular tetrahedron: from
+  /// 0 (flat, or turned over) to 1.
+  double smallest_aspect = 1, mean_aspect = 0;
+  std::uint64_t turned = 0;  ///< flat or turned over, decided exactly
 };
 Quality quality_of(const Tetrahedra& mesh);
+
+/// How often faces are used, and what is wrong with that.
+struct FaceUse {
+  std::uint64_t once = 0, twice = 0, more = 0;  ///< by so many tetrahedra
+  std::uint64_t folded = 0;   ///< of those used twice: with both tetrahedra on the same side
+  std::uint64_t strange = 0;  ///< triangles of the mesh that are no face of a tetrahedron
+};
+/// @param mesh any, also one whose tetrahedra are turned over or do not meet. Takes n log n steps.
+FaceUse face_use(const Tetrahedra& mesh);
 
 /// The volume of each part, by number; of no part: the last one.
 std::vector<double> volumes_of(const Tetrahedra& mesh, std::size_t parts);
