@@ -76,6 +76,26 @@ TEST_F(MeshProgram, FilesHoldVolumesAndGroups) {
     EXPECT_NE(inp.find(line), std::string::npos) << line;
 }
 
+TEST_F(MeshProgram, GroupsAreHalfSpacesColoursAndSmoothPieces) {
+  std::ofstream(model_)
+      << "part(name=\"a\") color(\"red\") cube([2, 2, 1]);\n"
+         "part(name=\"b\") color(\"#0000ff\") multmatrix([[1,0,0,0.5],[0,1,0,0.5],[0,0,1,1],"
+         "[0,0,0,1]]) cube([1, 1, 1]);\n";
+  const std::string groups =
+      "--group 'corner=x+y<=2 & z==0' --group 'seam=colour==red & colour==blue' "
+      "--group 'side=colour==blue & angle<=30' --group 'nowhere=colour==green'";
+  for (const char* type : {"--size 0", "--type polyhedra"}) {
+    const MeshEnded ended = run("a.vtu", groups + " " + type);
+    ASSERT_EQ(ended.code, 0) << ended.text;
+    EXPECT_NE(ended.text.find("--group nowhere: no face is where it says"), std::string::npos) << ended.text;
+    const auto found = report().at("groups");
+    for (const char* group : {"seam", "side_1", "side_2", "side_3", "side_4", "side_5", "a|outside"})
+      EXPECT_TRUE(found.contains(group)) << group << found;
+    EXPECT_FALSE(found.contains("side_6") || found.contains("side") || found.contains("b|outside")) << found;
+    EXPECT_TRUE(found.contains("corner") || std::string(type) != "--size 0") << found;
+  }
+}
+
 TEST_F(MeshProgram, OpenFoamCasesHavePatchesAndZones) {
   const MeshEnded ended = run("case");
   ASSERT_EQ(ended.code, 0) << ended.text;
@@ -105,11 +125,13 @@ TEST_F(MeshProgram, SizesAreReadFromATable) {
 }
 
 TEST_F(MeshProgram, MistakesAreToldInOneMessage) {
-  const std::array<std::array<const char*, 3>, 5> wrong{{{"a.xyz", "", "must end in"},
-                                                         {"a.inp", "--type polyhedra", "hold polyhedra"},
-                                                         {"case", "--element-order 2", "--element-order 2"},
-                                                         {"a.msh", "--part-size c=1", "has no part 'c'"},
-                                                         {"a.msh", "--group q", "NAME=PREDICATE"}}};
+  const std::array<std::array<const char*, 3>, 6> wrong{
+      {{"a.xyz", "", "must end in"},
+       {"a.inp", "--type polyhedra", "hold polyhedra"},
+       {"case", "--element-order 2", "--element-order 2"},
+       {"a.msh", "--part-size c=1", "has no part 'c'"},
+       {"a.msh", "--group q", "NAME=PREDICATE"},
+       {"a.msh", "--group q=colur==red", "did you mean 'colour'?"}}};
   for (const auto& [file, options, words] : wrong) {
     const MeshEnded ended = run(file, options);
     EXPECT_EQ(ended.code, 2) << ended.text;

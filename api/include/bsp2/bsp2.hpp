@@ -449,7 +449,7 @@ struct SolverMeshOptions {
   std::vector<std::array<double, 4>> size_field;
   double growth = 0.6;              ///< by which share of the distance edges may grow from fine to coarse
   std::optional<double> clean;      ///< what is shorter is absorbed; none: a millionth of the smallest part
-  std::vector<std::string> groups;  ///< faces by name: "NAME=WHERE", as "inlet=x==min"
+  std::vector<std::string> groups;  ///< faces by name: "NAME=WHERE", see docs/meshing.md
   bool polyhedra = false;           ///< the cells as they are instead: for files, there are no arrays of them
 };
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "bsp2/api/products/group_rule.hpp"
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
@@ -82,8 +83,8 @@ class SolverMeshMaker {
     summary_.clean = options_.clean.value_or(1e-6 * extents.smallest_part);
     summary_.size = options_.size.value_or(options_.size_field.empty() ? extents.all / 20 : field_.largest());
     std::vector<meshing::GroupRule> rules;
-    for (const std::string& text : options_.groups) rules.push_back(meshing::parse_group(text));
-    groups_.emplace(result_.part_names, std::move(rules), complex.points,
+    for (const std::string& text : options_.groups) rules.push_back(parse_group(text));
+    groups_.emplace(result_.part_names, part_colours(), std::move(rules), complex.points,
                     std::max(summary_.clean, 1e-9 * extents.all));
     options_.polyhedra ? take(std::move(complex)) : make_tetrahedra(complex);
     for (const std::string& name : groups_->empty_rules())
@@ -123,17 +124,31 @@ class SolverMeshMaker {
           report.fuzzy_volume, counted(report.fuzzy_cells, "[is|are] left out"), dashes_));
   }
 
+  [[nodiscard]] std::map<std::int32_t, meshing::Rgba> part_colours() const {
+    std::map<std::int32_t, meshing::Rgba> colours;
+    for (const supersteps::NamedPart& part : result_.report.named_parts)
+      if (part.colour) colours[part.part] = *part.colour;
+    return colours;
+  }
+
   void take(Complex complex) {
+    std::vector<meshing::GroupFace> faces;
     for (std::size_t face = 0; face < complex.faces(); ++face) {
       const auto part_of = [&](std::int32_t cell) {
         return cell == Complex::outside ? meshing::PlaneSide::nothing
                                         : complex.part[static_cast<std::size_t>(cell)];
       };
       std::int32_t part = part_of(complex.owner[face]), other = part_of(complex.neighbour[face]);
-      if (other != meshing::PlaneSide::nothing && other < part) std::swap(part, other);
+      Point outward = complex.outward[face];
+      if (other != meshing::PlaneSide::nothing && other < part) {
+        std::swap(part, other);
+        for (double& x : outward) x = -x;
+      }
+      faces.push_back({complex.points_of(face), outward});
       mesh_.group_of_face.push_back(
           part == other ? -1 : groups_->group_of(part, other, complex.points_of(face), complex.points));
     }
+    groups_->divide(faces, mesh_.group_of_face);
     for (const std::int32_t part : complex.part) mesh_.volume.push_back(groups_->volume_of(part));
     summary_.faces = complex.faces();
     summary_.outer_faces = static_cast<std::uint64_t>(
@@ -192,11 +207,14 @@ class SolverMeshMaker {
 
   void name_faces() {
     const auto& tets = mesh_.tetrahedra;
+    std::vector<meshing::GroupFace> faces;
     for (std::size_t i = 0; i < tets.triangles.size(); ++i) {
       const meshing::PlaneSide& side = tets.sides[tets.side[i]];
       mesh_.group_of_triangle.push_back(
           groups_->group_of(side.part, side.other, tets.triangles[i], tets.points));
+      faces.push_back({tets.triangles[i], side.outward});
     }
+    groups_->divide(faces, mesh_.group_of_triangle);
     for (const std::int32_t part : tets.part) mesh_.volume.push_back(groups_->volume_of(part));
     for (const std::uint32_t side : tets.side)
       summary_.outer_faces += tets.sides[side].other == meshing::PlaneSide::nothing;

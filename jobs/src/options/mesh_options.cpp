@@ -3,10 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 
+#include "bsp2/api/products/group_rule.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/inputs/size_field.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
-#include "bsp2/meshing/groups/groups.hpp"
 #include "options/checks.hpp"
 
 namespace bsp2::jobs {
@@ -68,8 +68,8 @@ void add_mesh_options(CLI::App& app, MeshText& text) {
       ->group(group);
   app.add_option(
          "--group", text.groups,
-         "faces by name: those where x==min, z==max, y==2.5,\nx<=1, z>=0, several joined by &; repeat "
-         "for several")
+         "faces by name: those where x==min, y==2.5, z>=0,\n2*x+y<=3, colour==red, joined by &; angle<=30 "
+         "\ndivides them at edges; repeat for several")
       ->allow_extra_args(false)
       ->type_name("NAME=WHERE")
       ->group(group);
@@ -115,7 +115,7 @@ MeshCommand mesh_command(const MeshText& text) {
   if (!text.size_field.empty()) options.size_field = io::read_size_field(text.size_field);
   options.growth = text.growth;
   for (const std::string& each : text.part_sizes) options.part_sizes.push_back(part_size(each));
-  for (const std::string& each : text.groups) meshing::parse_group(each);  // it is told now if it is wrong
+  for (const std::string& each : text.groups) api::parse_group(each);  // it is told now if it is wrong
   options.groups = text.groups;
   command.gmsh_version = text.version == "2.2" ? 22 : 41;
   command.second_order = text.order == 2;

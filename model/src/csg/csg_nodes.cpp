@@ -6,11 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "bsp2/model/expression/colour.hpp"
 #include "bsp2/model/expression/suggestion.hpp"
 #include "builder/matrix.hpp"
 #include "csg/csg_construct_nodes.hpp"
 #include "csg/csg_primitive_nodes.hpp"
-#include "text/colour_names.hpp"
 
 namespace bsp2::model {
 namespace {

@@ -6,12 +6,12 @@
 
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/model/expression/colour.hpp"
 #include "import/imports.hpp"
 #include "import/part_names.hpp"
 #include "import/text_cursor.hpp"
 #include "import/xml_stream.hpp"
 #include "import/zip_file.hpp"
-#include "text/colour_names.hpp"
 
 // Source: 3MF Consortium, "3D Manufacturing Format, Core Specification" and "Production Extension", whose
 // parts in other files of the package are read as well. Units make no difference, as in OpenSCAD.

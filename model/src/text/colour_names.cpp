@@ -1,4 +1,3 @@
-#include "text/colour_names.hpp"
 
 #include <algorithm>
 #include <array>
@@ -193,6 +192,12 @@ std::optional<Colour> colour_named(std::string_view text) {
   if (found == std::end(names) || found->first != name) return std::nullopt;
   const auto channel = [&](int shift) { return (found->second >> shift & 255) / 255.0; };
   return Colour{channel(16), channel(8), channel(0), 1};
+}
+
+std::vector<std::string_view> colour_names() {
+  std::vector<std::string_view> all;
+  for (const auto& [name, value] : names) all.push_back(name);
+  return all;
 }
 
 std::string name_of(const Colour& colour) {
