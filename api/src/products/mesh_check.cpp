@@ -46,7 +46,7 @@ class MeshCheck {
       for (const auto& corners : group.elements) {
         if (corners.size() != 4)
           throw Error("'" + path_ + "' cannot be checked: it has elements of " +
-                      std::to_string(corners.size()) + " corners, and only tetrahedra are known");
+                      counted(corners.size(), "# corner[s]") + ", and only tetrahedra are known");
         mesh_.tetrahedra.push_back({corners[0], corners[1], corners[2], corners[3]});
         mesh_.part.push_back(static_cast<std::int32_t>(summary_.volumes.size()));
       }
