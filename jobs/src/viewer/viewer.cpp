@@ -214,7 +214,7 @@ void Viewer::progress(double done, std::uint64_t cells) {
   // A step begins with what it finds out anew, at less than the one before ended with.
   if (superstep_ == "computation") done = computed_ = std::max(computed_, done);
   done_ = done;
-  cells_ = cells;
+  cells_ = std::max(cells_, cells);
   if (seconds_since(told_) > between) tell("running");
 }
 
