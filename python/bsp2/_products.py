@@ -194,13 +194,19 @@ def _program():
     """The program bsp2: of the build folder or the installation that this module is of, else where the shell finds it."""
     here = pathlib.Path(__file__).absolute().parent
     module = pathlib.Path(_bsp2.__file__).absolute().parent
-    for folder in (module.parents[1], *here.parents[1:4], *module.parents[1:4]):
+    for folder in (here, module.parents[1], *here.parents[1:4], *module.parents[1:4]):
         if os.access(folder / "bin" / "bsp2", os.X_OK):
             return str(folder / "bin" / "bsp2")
     found = shutil.which("bsp2")
     if found is None:
         raise bsp2.Error("the viewer is a part of the program bsp2, which is neither beside this module nor where the shell looks for it")
     return found
+
+
+def run_program():
+    """Becomes the program bsp2: the command `bsp2` of a wheel."""
+    program = _program()
+    os.execv(program, [program, *sys.argv[1:]])
 
 
 def _in_notebook():

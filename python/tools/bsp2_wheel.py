@@ -1,7 +1,7 @@
 """Makes a wheel of the module for Python, with CMake and the standard library alone: the backend of `pip install .`.
 
-In the wheel are the package bsp2, and beneath the prefix lib/libbsp2.so with its modules and bin/bsp2: what the components `bsp2`,
-`library` and `python` install, but for headers.
+In the wheel is the package bsp2 alone, so that it may be put anywhere. Within it, as beneath a prefix, are lib/libbsp2.so, lib/bsp2 with what that
+loads, and bin/bsp2, which an entry point starts: what the components `bsp2`, `library` and `python` install to be run.
 
     pip install --no-build-isolation .                                            # builds in build/wheel
     pip install --no-build-isolation --config-settings build-dir=build/release .  # takes what is built there
@@ -64,17 +64,13 @@ def installed(build, prefix):
 
 def contents(prefix, packages):
     """Pairs of a file and its place in the wheel."""
-    data = pathlib.Path(f"bsp2-{version()}.data/data")
     for file in sorted((prefix / packages).rglob("*")):
         if file.is_file():
             yield file, file.relative_to(prefix / packages)
-    for file in sorted(prefix.rglob("*.so*")):
-        place = file.relative_to(prefix)
-        if packages in place.parents or file.is_symlink() and file.name == "libbsp2.so":
-            continue
-        if file.is_symlink() or not file.name.startswith("libbsp2.so"):  # the library by the name that it is loaded by
-            yield file, data / place
-    yield prefix / "bin" / "bsp2", data / "bin" / "bsp2"
+    (library,) = (file for file in prefix.glob("lib*/**/libbsp2.so.*") if file.is_symlink())  # the name that it is loaded by
+    loaded = sorted(file for file in (library.parent / "bsp2").rglob("*") if file.is_file())
+    for file in (library, *loaded, prefix / "bin" / "bsp2"):
+        yield file, "bsp2" / file.relative_to(prefix)
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
@@ -89,6 +85,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     texts = {
         f"{info}/METADATA": metadata,
         f"{info}/WHEEL": f"Wheel-Version: 1.0\nGenerator: bsp2\nRoot-Is-Purelib: false\nTag: {tag()}\n",
+        f"{info}/entry_points.txt": "[console_scripts]\nbsp2 = bsp2._products:run_program\n",
         f"{info}/LICENSE": (SOURCE / "LICENSE").read_text(),
     }
     record = []
