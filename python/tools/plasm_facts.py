@@ -12,7 +12,7 @@ dice.
 
 The table knows the dimension of a cell by the rank of its points in single precision, so here, too, a cell is
 flat where it is thinner than 2e-7 of the whole or 2e-5 of its own size, unless it is known to be solid. The table does
-not tell its limits; these were chosen by some of its rows.
+not tell its limits; its numbers of cells do (docs/plasm.md).
 """
 
 import argparse
