@@ -12,8 +12,8 @@ set(dataflow process shapes network producers evaluate regions surface lowering 
 set(io files inputs outputs meshes surfaces sheets vtk hdf5 occt pdf)
 set(supersteps ranks state regions stages pixels render loop)
 set(drawing views lines sheets)
-set(api expression report products evaluation)
-set(jobs tables queue options answers serving viewer program)
+set(api expression report products evaluation queue)
+set(jobs tables options answers serving viewer program)
 set(most_files 24)  # in a folder
 
 set(faults "")

@@ -13,7 +13,6 @@
 #include "bsp2/supersteps/state/run_options.hpp"
 #include "options/film_options.hpp"
 #include "options/mesh_options.hpp"
-#include "queue/queue.hpp"
 
 namespace bsp2::jobs {
 
@@ -38,6 +37,18 @@ struct ViewCommand {
 struct DrawCommand {
   std::vector<std::filesystem::path> files;
   drawing::DrawingOptions options;
+};
+
+/// What `jobs` was asked for.
+struct QueueCommand {
+  enum class Action : std::uint8_t { split, run, merge, status } action = Action::status;
+  std::filesystem::path folder;
+  double job_seconds = 1;            ///< split: a job is about so much work for one thread; 0: a job a region
+  std::optional<std::uint32_t> job;  ///< run: this one, and what it is divided into
+  bool until_empty = false;          ///< run: then all others too
+  bool all = false;                  ///< status: a line a job
+  double lease_seconds = 120;        ///< run: a claim that nobody touched for so long is lost
+  bool partial = false;              ///< merge: what is missing is FUZZY
 };
 
 /// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,

@@ -22,9 +22,9 @@
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
 #include "options/command_line.hpp"
+#include "program/queueing.hpp"
 #include "program/signals.hpp"
 #include "program/viewing.hpp"
-#include "tables/node_tables.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -105,62 +105,6 @@ int tell_failed(const supersteps::RunReport& report, spdlog::logger& log) {
   for (const auto& failed : report.failed) log.error("{}", failed.text);
   return code_of(report);
 }
-
-/// The tables need no ranks: the nodes of a cluster are measured one after the other.
-void tables_command(const RunCommand& command, std::ostream& out) {
-  std::vector<std::optional<unsigned>> levels(command.levels.begin(), command.levels.end());
-  if (!levels.empty() || command.brief) levels.emplace_back();
-  const auto tables = supersteps::measure_tables(command.options, command.tables, levels, !command.brief);
-  out << command.options.model.string() << "\n\n";
-  print_tables(out, tables, command.brief);
-}
-
-/// Splits, evaluates or shows a queue of jobs. @return the exit code.
-int queue_command(const RunCommand& command, std::ostream& speech) {
-  std::ostream silence(nullptr);
-  std::ostream& out = command.quiet ? silence : speech;
-  if (command.queue->action == QueueCommand::Action::split) {
-    Queue::split(command.options, command.queue->folder, command.queue->job_seconds);
-    const std::size_t jobs = Queue(command.queue->folder).size();
-    out << command.queue->folder.string() << counted(jobs, ": # job[s]") << '\n';
-    return 0;
-  }
-  Queue queue(command.queue->folder);
-  if (command.queue->action == QueueCommand::Action::status) {
-    print_status(out, queue, command.queue->all);
-    return 0;
-  }
-  const SignalWatch watch;
-  supersteps::RunOptions options = command.options;
-  options.interrupted = SignalWatch::interrupted;
-  return work_on(queue, *command.queue, options, out) ? interrupted_code : 0;
-}
-
-/// The results of a queue as a snapshot to be resumed: the one that is asked for, else one that goes when
-/// this does.
-class JoinedSnapshot {
- public:
-  JoinedSnapshot(const RunCommand& command, supersteps::Ranks& ranks) {
-    path_ = command.options.snapshot.value_or(command.queue->folder / ".joined.h5");
-    is_mine_ = !command.options.snapshot && ranks.is_master();
-    if (ranks.is_master()) {
-      Queue queue(command.queue->folder);
-      join_jobs(queue, command.queue->partial, path_);
-    }
-    ranks.sync();
-  }
-  ~JoinedSnapshot() {
-    std::error_code ignored;
-    if (is_mine_) std::filesystem::remove(path_, ignored);
-  }
-  JoinedSnapshot(const JoinedSnapshot&) = delete;
-  JoinedSnapshot& operator=(const JoinedSnapshot&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-  bool is_mine_ = false;
-};
 
 /// A bar names each superstep that begins, as long as this is there; who listened before still does.
 class FollowedSupersteps {
@@ -296,7 +240,7 @@ int exit_code(const std::function<int()>& body, bool speaks, spdlog::logger& log
     return body();
   } catch (const Error& error) {
     log.error("{}", error.what());
-    return user_error;
+    return error.is_users_mistake() ? user_error : internal_error;
   } catch (const supersteps::Failure& failure) {
     log.error("{}", failure.what());
     return internal_error;

@@ -11,10 +11,7 @@
 namespace bsp2::jobs {
 namespace {
 
-using supersteps::NodeFigures;
-using supersteps::Resolved;
-
-std::string name_of(const Resolved& resolved) {
+std::string name_of(const ClusterTable& resolved) {
   return resolved.level ? "level " + std::to_string(*resolved.level) : "to the end";
 }
 
@@ -47,13 +44,13 @@ double imbalance(const std::vector<NodeFigures>& nodes, std::uint64_t NodeFigure
 }
 
 /// The time of one node over that of so many, all of which wait for the slowest one.
-double efficiency(const Resolved& finest, const std::vector<NodeFigures>& nodes) {
+double efficiency(const ClusterTable& finest, const std::vector<NodeFigures>& nodes) {
   return finest.nodes.front().front().seconds /
          (static_cast<double>(nodes.size()) * sorted_seconds(nodes).back());
 }
 
 /// Table 1, at the finest resolution.
-void print_run_times(std::ostream& out, const Resolved& finest) {
+void print_run_times(std::ostream& out, const ClusterTable& finest) {
   out << "Table 1: run times in seconds, " << name_of(finest) << ", " << finest.regions
       << " regions\n\n  nodes       ";
   for (const auto& nodes : finest.nodes) out << fmt::format(" {:>9}", nodes.size());
@@ -99,22 +96,22 @@ void print_row(std::ostream& out, const std::string& name, const std::vector<Nod
 }
 
 /// Tables 2 to 6: the nodes of one number of them, at all resolutions.
-void print_nodes(std::ostream& out, const std::vector<Resolved>& measured, std::size_t index) {
+void print_nodes(std::ostream& out, const std::vector<ClusterTable>& measured, std::size_t index) {
   const std::size_t count = measured.front().nodes[index].size();
   out << fmt::format("Table {}: model resolution and run times, number of nodes n = {}\n\n{:<5}", index + 2,
                      count, "");
-  for (const Resolved& resolved : measured) out << fmt::format("{:>25}", name_of(resolved));
+  for (const ClusterTable& resolved : measured) out << fmt::format("{:>25}", name_of(resolved));
   out << fmt::format("\n{:<5}", "Node");
   for (std::size_t i = 0; i < measured.size(); ++i)
     out << fmt::format("{:>9}{:>9}{:>7}", "3-cells", "2-cells", "Sec");
   out << '\n';
   for (std::size_t node = 0; node < count; ++node) {
     std::vector<NodeFigures> figures;
-    for (const Resolved& resolved : measured) figures.push_back(resolved.nodes[index][node]);
+    for (const ClusterTable& resolved : measured) figures.push_back(resolved.nodes[index][node]);
     print_row(out, std::to_string(node + 1), figures);
   }
   std::vector<NodeFigures> last;
-  for (const Resolved& resolved : measured) {
+  for (const ClusterTable& resolved : measured) {
     last.push_back(sum_of(resolved.nodes[index]));
     last.back().seconds /= static_cast<double>(count);
   }
@@ -124,7 +121,7 @@ void print_nodes(std::ostream& out, const std::vector<Resolved>& measured, std::
 
 }  // namespace
 
-void print_tables(std::ostream& out, const std::vector<Resolved>& measured, bool brief) {
+void print_tables(std::ostream& out, const std::vector<ClusterTable>& measured, bool brief) {
   out << "Every node's figures are measured here, one node after the other, as on a\n"
          "cluster of such machines; nothing ran in parallel but the threads of a node.\n"
          "Seconds are of processor time for each thread, the least of up to five times.\n"

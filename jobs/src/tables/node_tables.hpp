@@ -3,7 +3,7 @@
 #include <iosfwd>
 #include <vector>
 
-#include "bsp2/supersteps/loop/tables.hpp"
+#include "bsp2/bsp2.hpp"
 
 namespace bsp2::jobs {
 
@@ -13,6 +13,6 @@ namespace bsp2::jobs {
 /// @param measured at each resolution, the last one the finest; all for the same numbers of nodes.
 /// Source: the paper, tables 1 to 6.
 /// @param brief the first table alone.
-void print_tables(std::ostream& out, const std::vector<supersteps::Resolved>& measured, bool brief = false);
+void print_tables(std::ostream& out, const std::vector<ClusterTable>& measured, bool brief = false);
 
 }  // namespace bsp2::jobs

@@ -180,11 +180,11 @@ TEST(Summary, FitsATerminalAndGroupsDigits) {
 }
 
 TEST(Tables, FitATerminalAndAddUp) {
-  std::vector<supersteps::Resolved> measured;
+  std::vector<ClusterTable> measured;
   for (const auto level : {std::optional(12U), std::optional(100U), std::optional<unsigned>()}) {
-    supersteps::Resolved resolved{level, 128, {}, {1.5, 1, 0.5, 0.25, 0.125}};
+    ClusterTable resolved{level, 128, {}, {1.5, 1, 0.5, 0.25, 0.125}};
     for (const std::size_t nodes : {1U, 2U, 4U, 8U, 16U})
-      resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{123456, 65432, 1000, 5000000, 12.5});
+      resolved.nodes.emplace_back(nodes, NodeFigures{123456, 65432, 1000, 5000000, 12.5});
     resolved.nodes.back().back().splits = 4000;
     measured.push_back(resolved);
   }
@@ -209,9 +209,9 @@ TEST(Tables, FitATerminalAndAddUp) {
 }
 
 TEST(Tables, LeaveSpaceBetweenLargeNumbersAndEndEarlyIfBrief) {
-  supersteps::Resolved resolved{{}, 8192, {}, {1, 1}};
+  ClusterTable resolved{{}, 8192, {}, {1, 1}};
   for (const std::size_t nodes : {2U, 1024U})
-    resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{1, 0, 8'000'000'000, 90'000'000'000, 700.5});
+    resolved.nodes.emplace_back(nodes, NodeFigures{1, 0, 8'000'000'000, 90'000'000'000, 700.5});
   std::ostringstream out;
   print_tables(out, {resolved}, true);
   EXPECT_NE(out.str().find(" 1401.0000 717312.0000"), std::string::npos) << out.str();  // the sums

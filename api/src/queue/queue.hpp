@@ -2,48 +2,38 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <iosfwd>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "bsp2/bsp2.hpp"
 #include "bsp2/supersteps/loop/portions.hpp"
 
 /// A queue of independent jobs in a folder that all machines see.
 ///
-///   plan.h5       the model, its options and regions (a snapshot of which nothing is computed)
-///   jobs.txt      a line a job: its number, estimated work, and regions; the biggest first; written last,
-///   never changed claims/NAME   somebody evaluates this job; touched now and then while he lives
+///   plan.h5       the model, its options and regions (a snapshot, nothing computed)
+///   jobs.txt      a line a job: its number, estimated work, and regions; the
+///                 biggest first; written last, never changed
+///   claims/NAME   somebody evaluates this job; touched now and then while he lives
 ///   done/NAME.h5  what a job found; appears as a whole, once, and never changes
 ///
 /// Only `done` is the truth; claims merely keep work from being done twice. A job that is evaluated twice
 /// (its claim was thought lost) is committed once: the second result is thrown away. A job that was not
 /// finished when its result was written is divided: what is left are the jobs NAME.0 and NAME.1, which follow
 /// from the result alone.
-namespace bsp2::jobs {
+namespace bsp2::api {
 
-struct QueueCommand {
-  enum class Action : std::uint8_t { split, run, merge, status } action = Action::status;
-  std::filesystem::path folder;
-  double job_seconds = 1;            ///< split: a job is about so much work for one thread; 0: a job a region
-  std::optional<std::uint32_t> job;  ///< run: this one, and what it is divided into
-  bool until_empty = false;          ///< run: then all others too
-  bool all = false;                  ///< status: a line a job
-  double lease_seconds = 120;        ///< run: a claim that nobody touched for so long is lost
-  bool partial = false;              ///< merge: what is missing is FUZZY
-};
-
-/// One job, as the folder tells of it now.
-struct Job {
-  enum class State : std::uint8_t { waiting, claimed, divided, finished };
-  std::string name;
-  double work = 0;  ///< share of the estimated work of all
+/// A job, and what it evaluates.
+struct QueuedJob {
+  Job job;  ///< `running` also if its claim may be lost: nobody has looked
   supersteps::Portion portion;
   std::optional<std::size_t> parent;  ///< among all jobs of the list
-  State state = State::waiting;
-  supersteps::PortionState result;  ///< of a divided or finished one
+  [[nodiscard]] bool is_open() const { return job.state < Job::State::divided; }
 };
+
+/// What the result of a job tells of it.
+void tell(Job& job, const supersteps::PortionState& found);
 
 class Queue {
  public:
@@ -61,7 +51,7 @@ class Queue {
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] std::size_t size() const { return planned_.size(); }
   /// All jobs, each before those it was divided into. @throws bsp2::Error if a result cannot be read.
-  std::vector<Job> jobs();
+  std::vector<QueuedJob> jobs();
   [[nodiscard]] std::filesystem::path result(const std::string& name) const {
     return folder_ / "done" / (name + ".h5");
   }
@@ -71,25 +61,21 @@ class Queue {
 
  private:
   std::filesystem::path folder_;
-  std::vector<Job> planned_;
+  std::vector<QueuedJob> planned_;
   std::map<std::string, supersteps::PortionState> results_;  // they never change
 
-  void add(std::vector<Job>& all, Job job);
+  void add(std::vector<QueuedJob>& all, QueuedJob planned);
 };
 
-/// `bsp2 jobs run`: claims and evaluates jobs until none is left to take. Not collective: any number of
-/// processes do this at the same time. Before it ends it waits for claims of others, until they are touched,
-/// end, or prove to be lost.
-/// @return whether it was interrupted; what was found until then is committed.
+/// Claims and evaluates jobs until none is left to take. Not collective: any number of processes do this at
+/// the same time. Before it ends it waits for claims of others, until they are touched, end, or prove to be
+/// lost.
+/// @return whether it was stopped; what was found until then is committed.
 /// @throws bsp2::Error if a file cannot be read or written.
-bool work_on(Queue& queue, const QueueCommand& command, const supersteps::RunOptions& options,
-             std::ostream& out);
+bool work_on(Queue& queue, const WorkOptions& options);
 
-/// `bsp2 jobs merge`, first half: puts the results together as a snapshot, which a run then resumes.
+/// Puts the results together as a snapshot, which a run then resumes.
 /// @throws bsp2::Error that names the jobs that are missing, unless what they have to do may stay FUZZY.
 void join_jobs(Queue& queue, bool partial, const std::filesystem::path& snapshot);
 
-/// `bsp2 jobs status`, in 80 columns but for names.
-void print_status(std::ostream& out, Queue& queue, bool all);
-
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -14,7 +14,7 @@
 
 #include "bsp2/geometry/support/error.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace fs = std::filesystem;
 namespace {
 
@@ -105,4 +105,4 @@ void drop_lost_claim(const fs::path& file) {
   if (::rename(file.c_str(), aside.c_str()) == 0) ::unlink(aside.c_str());
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

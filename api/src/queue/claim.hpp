@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// A claim on a job: a file that only one can make, touched by a thread of its own while it lives, removed at
 /// its end.
@@ -50,4 +50,4 @@ void drop_lost_claim(const std::filesystem::path& file);
 /// This process, as owners are written: HOST PID.
 std::string this_process();
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api
