@@ -65,13 +65,10 @@ std::vector<NamedMeasures> measuring(const model::Expression& model, const RunOp
     NamedMeasures measures;
     measures.name = named->name;
     measures.dimension = named->child.dimension();
-#define BSP2_CASE(D)                                                                                \
-  case D:                                                                                           \
-    static_cast<Measures&>(measures) =                                                              \
-        measures_of(dataflow::measure<D>(named->child, how, {.coincidence = options.coincidence})); \
-    break;
-    switch (measures.dimension) { BSP2_FOR_EACH_DIMENSION(BSP2_CASE) }
-#undef BSP2_CASE
+    geometry::in_dimension(measures.dimension, [&](auto dimension) {
+      static_cast<Measures&>(measures) = measures_of(
+          dataflow::measure<dimension()>(named->child, how, {.coincidence = options.coincidence}));
+    });
     all.push_back(std::move(measures));
   }
   return all;

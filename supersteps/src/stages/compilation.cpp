@@ -90,16 +90,9 @@ std::string lost_by_merging(const Source& source, const RunOptions& options, std
   exact.coincidence = 0;
   std::uint64_t different = 0;
   try {
-    switch (source.model.expression.dimension()) {
-#define BSP2_COUNT(D)                                                \
-  case D:                                                            \
-    different = translation<D>(source, exact, threads).table.size(); \
-    break;
-      BSP2_FOR_EACH_DIMENSION(BSP2_COUNT)
-#undef BSP2_COUNT
-      default:
-        break;
-    }
+    geometry::in_dimension(source.model.expression.dimension(), [&](auto dimension) {
+      different = translation<dimension()>(source, exact, threads).table.size();
+    });
   } catch (const std::exception&) {
     return "";  // without merging it cannot be made at all, or not in this memory
   }
