@@ -4,9 +4,13 @@
 #include <cmath>
 #include <numeric>
 
+#include "bsp2/geometry/support/vectors.hpp"
+
 namespace bsp2::dataflow {
 namespace {
 
+using geometry::cross;
+using geometry::dot;
 using Vector = std::array<double, 3>;
 
 /// By how many tolerances a corner may move: hyperplanes that meet at less than some degrees make more of it.
@@ -15,11 +19,6 @@ constexpr double most_tolerances = 4;
 constexpr double rounding = 0x1p-17;
 /// At a corner of more hyperplanes all threes of them are too many to be looked at: it counts as moved.
 constexpr std::size_t most_at_a_corner = 12;
-
-Vector cross(const Vector& a, const Vector& b) {
-  return {(a[1] * b[2]) - (a[2] * b[1]), (a[2] * b[0]) - (a[0] * b[2]), (a[0] * b[1]) - (a[1] * b[0])};
-}
-double dot(const Vector& a, const Vector& b) { return (a[0] * b[0]) + (a[1] * b[1]) + (a[2] * b[2]); }
 
 }  // namespace
 

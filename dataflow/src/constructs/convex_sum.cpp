@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "bsp2/geometry/support/vectors.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "operands/placed_parts.hpp"
 
@@ -19,7 +20,7 @@ constexpr std::size_t few_pairs = 10'000;
 
 using Vector = std::array<Real, 3>;
 
-Real dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+using geometry::dot;
 Real length(const Vector& a) { return std::sqrt(dot(a, a)); }
 
 /// The corners of a convex polyhedron with what is around them.

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "bsp2/geometry/support/vectors.hpp"
 #include "shapes/facet_crossing.hpp"
 #include "shapes/mesh_shape.hpp"
 
@@ -74,13 +75,9 @@ ExactMix exact_mix(const geometry::HyperplaneTable<3>& table, std::span<const ge
   return sum;
 }
 
-ExactPoint minus(const ExactPoint& a, const ExactPoint& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-ExactPoint cross(const ExactPoint& a, const ExactPoint& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-cpp_int dot(const ExactPoint& a, const ExactPoint& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+using geometry::cross;
+using geometry::dot;
+using geometry::minus;
 
 /// All determinants are linear in q, whose numbers are long, if everything is seen from p.
 std::optional<int> exact_crossing(const ExactPoint& p, const ExactMix& q, const ExactPoint& a,

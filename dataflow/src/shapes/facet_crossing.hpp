@@ -5,12 +5,12 @@
 #include <cmath>
 #include <optional>
 
+#include "bsp2/geometry/support/vectors.hpp"
+
 /// How the winding number of a closed mesh changes along a segment.
 namespace bsp2::dataflow {
 
-inline std::array<double, 3> minus(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
+using geometry::minus;
 
 /// Sign of the determinant of three vectors whose entries are off by at most `error`; 0 where it is
 /// uncertain.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/geometry/support/vectors.hpp"
 #include "shapes/facet_crossing.hpp"
 
 namespace bsp2::dataflow {
@@ -16,23 +17,18 @@ namespace {
 constexpr double normal_unit = 0x1p18, offset_unit = 0x1p40;
 constexpr std::uint32_t most_levels = 20;
 
-template <int D>
-double dot(const std::array<double, D>& a, const std::array<double, D>& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < D; ++i) sum += a[i] * b[i];
-  return sum;
-}
+using geometry::dot;
 
 /// What is left of `v` across the unit vectors; of unit length, or 0 if next to nothing is left.
 template <int D>
 std::array<double, D> residual(std::array<double, D> v, const std::vector<std::array<double, D>>& basis) {
-  const double whole = std::sqrt(dot<D>(v, v));
+  const double whole = std::sqrt(dot(v, v));
   for (int pass = 0; pass < 2; ++pass)
     for (const auto& b : basis) {
-      const double along = dot<D>(v, b);
+      const double along = dot(v, b);
       for (std::size_t i = 0; i < D; ++i) v[i] -= along * b[i];
     }
-  const double length = std::sqrt(dot<D>(v, v));
+  const double length = std::sqrt(dot(v, v));
   for (double& x : v) x = length > 1e-6 * whole ? x / length : 0;
   return v;
 }
@@ -43,7 +39,7 @@ std::vector<std::array<double, D>> normals_across(const std::vector<std::array<d
   std::vector<std::array<double, D>> basis, normals;
   for (const auto& tangent : tangents) {
     const auto unit = residual<D>(tangent, basis);
-    if (dot<D>(unit, unit) > 0.5) basis.push_back(unit);
+    if (dot(unit, unit) > 0.5) basis.push_back(unit);
   }
   while (normals.size() < D - tangents.size()) {
     std::array<double, D> best{};
@@ -136,7 +132,7 @@ void PatchTree<D>::add_hyperplanes(Node& node, const std::vector<Point>& points,
     }
     for (const double sign : {1.0, -1.0}) {
       double most = -std::numeric_limits<double>::infinity();
-      for (const Point& point : points) most = std::max(most, sign * dot<D>(normal, point));
+      for (const Point& point : points) most = std::max(most, sign * dot(normal, point));
       auto& hyperplane = node.hyperplanes_.emplace_back();
       for (std::size_t i = 0; i < D; ++i) hyperplane[i] = std::llround(sign * normal[i] * offset_unit);
       hyperplane[D] = -std::llround(std::ceil((most + size * (error + 0x1p-47)) * offset_unit));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "bsp2/geometry/support/vectors.hpp"
 #include "producers/mesh_producer.hpp"
 #include "shapes/facet_crossing.hpp"
 #include "shapes/mesh_shape.hpp"
@@ -50,10 +51,8 @@ void MeshTopology::find_neighbours() {
 
 namespace {
 
-Point cross(const Point& u, const Point& v) {
-  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-}
-double dot(const Point& u, const Point& v) { return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]; }
+using geometry::cross;
+using geometry::dot;
 double size_of(const Point& u) { return std::fabs(u[0]) + std::fabs(u[1]) + std::fabs(u[2]); }
 
 /// See is_surely_embedded.

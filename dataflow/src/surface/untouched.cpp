@@ -6,6 +6,8 @@
 #include <optional>
 #include <variant>
 
+#include "bsp2/geometry/support/vectors.hpp"
+
 namespace bsp2::dataflow {
 namespace {
 
@@ -16,12 +18,12 @@ using Frame = geometry::AffineMap<3>::Inverse;
 /// How far rounded lengths that are equal may be apart, and the cosine of a right angle be from 0.
 constexpr double rounding = 1e-12;
 
-double inner(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-double length(const Vector& a) { return std::sqrt(inner(a, a)); }
+using geometry::dot;
+double length(const Vector& a) { return std::sqrt(dot(a, a)); }
 Vector unit(const Vector& a) { return {a[0] / length(a), a[1] / length(a), a[2] / length(a)}; }
 bool are_equal(double a, double b) { return std::fabs(a - b) <= rounding * std::fabs(a); }
 bool is_across(const Vector& a, const Vector& b) {
-  return std::fabs(inner(a, b)) <= rounding * length(a) * length(b);
+  return std::fabs(dot(a, b)) <= rounding * length(a) * length(b);
 }
 
 /// Whether circles around z are circles in the model, and what is across them stands upright on them.

@@ -7,18 +7,18 @@
 #include <optional>
 #include <utility>
 
+#include "bsp2/geometry/support/vectors.hpp"
+
 namespace bsp2::drawing {
 namespace {
 
 using geometry::Brep;
 
-double dot(const Point3& a, const Point3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Point3 minus(const Point3& a, const Point3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+using geometry::cross;
+using geometry::dot;
+using geometry::minus;
 Point3 plus(const Point3& a, double s, const Point3& b) {
   return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]};
-}
-Point3 cross(const Point3& a, const Point3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
 /// An edge between two facets of something round.

@@ -6,19 +6,13 @@
 #include <queue>
 
 #include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/geometry/support/vectors.hpp"
 
 namespace bsp2::geometry {
 namespace {
 
 template <int D>
 using Vector = std::array<double, D>;
-
-template <std::size_t D>
-double dot(const std::array<double, D>& a, const std::array<double, D>& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < D; ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 template <std::size_t D>
 void add_scaled(std::array<double, D>& a, double factor, const std::array<double, D>& b) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "bsp2/geometry/support/vectors.hpp"
+
 namespace bsp2::io {
 namespace {
 
@@ -14,11 +16,8 @@ Vector minus(const Point3Of<Real>& a, const Point3Of<Real>& b) {
   return {double{a[0]} - b[0], double{a[1]} - b[1], double{a[2]} - b[2]};
 }
 
-Vector cross(const Vector& u, const Vector& v) {
-  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-}
-
-double dot(const Vector& u, const Vector& v) { return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]; }
+using geometry::cross;
+using geometry::dot;
 
 struct Spoke {
   HalfEdge at;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "bsp2/geometry/support/disjoint_sets.hpp"
+#include "bsp2/geometry/support/vectors.hpp"
 
 namespace bsp2::io {
 namespace {
@@ -15,9 +16,9 @@ Direction difference(const SinglePoint3& a, const SinglePoint3& b) {
   return {double{a[0]} - b[0], double{a[1]} - b[1], double{a[2]} - b[2]};
 }
 
-double product(const Direction& u, const Direction& v) { return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]; }
+using geometry::dot;
 
-double length_of(const Direction& v) { return std::sqrt(product(v, v)); }
+double length_of(const Direction& v) { return std::sqrt(dot(v, v)); }
 
 /// Normals of triangles. That of a sliver, which rounding may have turned anyhow, is that of its neighbour at
 /// the longest side, in whose plane it nearly lies.
@@ -83,7 +84,7 @@ double angle_at(const SingleSurface& surface, std::uint32_t corner) {
   const SinglePoint3& p = surface.points[t[corner % 3]];
   const Direction u = difference(surface.points[t[(corner + 1) % 3]], p),
                   v = difference(surface.points[t[(corner + 2) % 3]], p);
-  const double cosine = product(u, v) / (length_of(u) * length_of(v));
+  const double cosine = dot(u, v) / (length_of(u) * length_of(v));
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }
 
@@ -99,7 +100,7 @@ ShadedSurface shaded(const SingleSurface& surface) {
   for (HalfEdge h = 0; h < corners; ++h) {
     const HalfEdge other = pairs.partner[h];
     if (other != no_half_edge && other < h) continue;
-    if (other != no_half_edge && product(normals[h / 3], normals[other / 3]) >= smooth) {
+    if (other != no_half_edge && dot(normals[h / 3], normals[other / 3]) >= smooth) {
       sets.unite(h, next_of(other));
       sets.unite(next_of(h), other);
     } else {

@@ -11,6 +11,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "bsp2/geometry/support/vectors.hpp"
 #include "outputs/orientation.hpp"
 
 namespace bsp2::io {
@@ -27,13 +28,9 @@ Point point_of(const CellBatch& batch, std::size_t cell, std::uint16_t vertex) {
   return p;
 }
 
-Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
+using geometry::cross;
+using geometry::dot;
+using geometry::minus;
 
 double determinant(const Point& a, const Point& b, const Point& c) {
   return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +

@@ -4,16 +4,15 @@
 #include <array>
 #include <cmath>
 
+#include "bsp2/geometry/support/vectors.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
 #include "bsp2/meshing/simplices/orientation.hpp"
 
 namespace bsp2::meshing {
 
-inline Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-inline double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
+inline Point operator-(const Point& a, const Point& b) { return geometry::minus(a, b); }
+using geometry::cross;
+using geometry::dot;
 inline double squared_distance(const Point& a, const Point& b) {
   const Point d = a - b;
   return dot(d, d);

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "bsp2/geometry/exact/exact.hpp"
+#include "bsp2/geometry/support/vectors.hpp"
 #include "mesh/predicates.hpp"
 
 // Quickhull: Barber, Dobkin, Huhdanpaa, "The quickhull algorithm for convex hulls" (1996). The farthest point
@@ -15,6 +16,9 @@
 
 namespace bsp2::model {
 namespace {
+
+using geometry::cross;
+using geometry::dot;
 
 constexpr double tolerance = 0x1p-46;
 
@@ -136,12 +140,6 @@ class Quickhull {
     std::array<Real, 3> d;
     for (int i = 0; i < 3; ++i) d[i] = static_cast<Real>(points_[a][i] - points_[b][i]);
     return d;
-  }
-  static std::array<Real, 3> cross(const std::array<Real, 3>& u, const std::array<Real, 3>& v) {
-    return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-  }
-  static Real dot(const std::array<Real, 3>& u, const std::array<Real, 3>& v) {
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
   }
 
   Real distance(const Facet& facet, std::uint32_t point) const {

@@ -3,16 +3,16 @@
 #include <array>
 #include <optional>
 
+#include "bsp2/geometry/support/vectors.hpp"
+
 /// Exact answers about points whose coordinates are doubles, for the repair of meshes.
 namespace bsp2::model {
 
 using Point3 = std::array<double, 3>;
 
-inline double dot(const Point3& p, const Point3& q) { return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]; }
-inline Point3 minus(const Point3& p, const Point3& q) { return {p[0] - q[0], p[1] - q[1], p[2] - q[2]}; }
-inline Point3 cross(const Point3& p, const Point3& q) {
-  return {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
-}
+using geometry::cross;
+using geometry::dot;
+using geometry::minus;
 
 struct Point2 {
   double u, v;

@@ -10,9 +10,7 @@
 namespace bsp2::supersteps {
 namespace {
 
-Vector cross(const Vector& a, const Vector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
+using geometry::cross;
 
 double length(const Vector& a) { return std::sqrt(dot(a, a)); }
 

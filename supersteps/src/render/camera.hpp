@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "bsp2/geometry/support/vectors.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
 
 /// From model space to the picture: where the viewer stands, and what of the solid fits.
@@ -12,7 +13,7 @@ namespace bsp2::supersteps {
 using Vector = std::array<double, 3>;
 using Point2 = std::array<double, 2>;
 
-inline double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+using geometry::dot;
 inline Vector sum(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 inline Vector difference(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Vector normalized(const Vector& a);
