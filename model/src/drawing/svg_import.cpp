@@ -3,12 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <clipper.hpp>
 #include <cmath>
 #include <fstream>
-#include <limits>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string_view>
 #include <unordered_map>
@@ -16,7 +13,9 @@
 #include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "drawing/svg_page.hpp"
 #include "drawing/svg_shapes.hpp"
+#include "drawing/svg_stroke.hpp"
 #include "drawing/svg_style.hpp"
 #include "drawing/unread.hpp"
 #include "import/imports.hpp"
@@ -26,7 +25,10 @@
 namespace bsp2::model {
 namespace {
 
+using svg::Affine;
+using svg::Page;
 using svg::Point;
+using svg::Stroke;
 
 using Document = std::unique_ptr<xmlDoc, void (*)(xmlDoc*)>;
 
@@ -49,241 +51,9 @@ Document read_document(const std::filesystem::path& path) {
   throw Error("import: " + path.string() + ":" + std::to_string(fault->line) + ": this is no XML: " + why);
 }
 
-/// The affine map (x, y) -> (a x + c y + e, b x + d y + f), as SVG writes it.
-struct Affine {
-  double a = 1, b = 0, c = 0, d = 1, e = 0, f = 0;
-  [[nodiscard]] Point operator()(const Point& p) const {
-    return {a * p[0] + c * p[1] + e, b * p[0] + d * p[1] + f};
-  }
-  [[nodiscard]] Affine after(const Affine& m) const {
-    return {a * m.a + c * m.b, b * m.a + d * m.b,     a * m.c + c * m.d,
-            b * m.c + d * m.d, a * m.e + c * m.f + e, b * m.e + d * m.f + f};
-  }
-};
-
-Affine map_of(const std::string& text) {
-  Affine map;
-  for (std::size_t begin = 0, open = 0; (open = text.find('(', begin)) != std::string::npos;) {
-    const std::size_t close = std::min(text.find(')', open), text.size());
-    const auto v = svg::numbers_of(text.substr(open + 1, close - open - 1));
-    const auto at = [&](std::size_t i, double missing) { return i < v.size() ? v[i] : missing; };
-    const std::string name = text.substr(begin, open - begin);
-    const auto is = [&](const char* what) { return name.find(what) != std::string::npos; };
-    Affine next;
-    if (is("matrix") && v.size() == 6) next = {v[0], v[1], v[2], v[3], v[4], v[5]};
-    if (is("translate")) next = {1, 0, 0, 1, at(0, 0), at(1, 0)};
-    if (is("scale")) next = {at(0, 1), 0, 0, at(1, at(0, 1)), 0, 0};
-    if (is("skewX")) next.c = std::tan(at(0, 0) * std::numbers::pi / 180);
-    if (is("skewY")) next.b = std::tan(at(0, 0) * std::numbers::pi / 180);
-    if (is("rotate")) {
-      const double c = cosine(at(0, 0)), s = sine(at(0, 0)), x = at(1, 0), y = at(2, 0);
-      next = {c, s, -s, c, x - c * x + s * y, y - s * x - c * y};
-    }
-    map = map.after(next);
-    begin = std::min(close + 1, text.size());
-  }
-  return map;
-}
-
 /// Whether a path is a line with a width rather than an area: OpenSCAD asks whether its ends are apart.
 bool is_line(const std::vector<Point>& path) {
   return std::hypot(path.back()[0] - path[0][0], path.back()[1] - path[0][1]) > 0.1;
-}
-
-/// A line with a width, on OpenSCAD's grid of 1e-4 units: its joins are mitres and its caps squares, if
-/// nothing else is said. An element inherits nothing of this, as in OpenSCAD.
-class Stroke {
- public:
-  static constexpr double grid = 1e4, largest = 1e12;
-
-  /// @param width in units of the drawing, at least 0.01.
-  Stroke(double width, const std::string& cap, const std::string& join)
-      : radius_(width * grid / 2),
-        tolerance_(std::max(0.25, radius_ * 1e-9)),  // arcs of any width have a bounded number of chords
-        is_round_(join == "round"),
-        has_round_caps_(cap == "round"),
-        clipper_(2.0, tolerance_),
-        join_(is_round_         ? ClipperLib::jtRound
-              : join == "bevel" ? ClipperLib::jtSquare
-                                : ClipperLib::jtMiter),
-        cap_(has_round_caps_ ? ClipperLib::etOpenRound
-             : cap == "butt" ? ClipperLib::etOpenButt
-                             : ClipperLib::etOpenSquare) {}
-
-  /// @return false if it lies too far out.
-  bool set_line(const std::vector<Point>& line) {
-    line_.clear();
-    for (const Point& p : line) {
-      if (!(std::fabs(p[0]) < largest && std::fabs(p[1]) < largest)) return false;
-      line_.emplace_back(static_cast<ClipperLib::cInt>(p[0] * grid),
-                         static_cast<ClipperLib::cInt>(p[1] * grid));
-    }
-    return true;
-  }
-
-  /// What its outline takes, from above, before it is made.
-  struct Cost {
-    double points = 0;     ///< of the outline, where it does not cross itself
-    double looks = 0;      ///< an edge of it and a point of it at whose height it is
-    double crossings = 0;  ///< edges of the line whose surroundings overlap
-  };
-  /// @param most_looks of which more are not counted; nor are crossings beyond most_crossings.
-  [[nodiscard]] Cost cost(double most_looks, double most_crossings) const {
-    const std::size_t n = line_.size();
-    std::vector<std::pair<double, double>> heights;  // of each point, and how many the outline has there
-    for (std::size_t i = 0; i < n; ++i) heights.emplace_back(static_cast<double>(line_[i].Y), points_at(i));
-    std::sort(heights.begin(), heights.end());
-    std::vector<double> before{0};
-    for (const auto& [height, points] : heights) before.push_back(before.back() + points);
-    const auto between = [&](double low, double high) {
-      const auto from = std::lower_bound(heights.begin(), heights.end(), std::pair{low, 0.0});
-      const auto to =
-          std::upper_bound(from, heights.end(), std::pair{high, std::numeric_limits<double>::infinity()});
-      return before[static_cast<std::size_t>(to - heights.begin())] -
-             before[static_cast<std::size_t>(from - heights.begin())];
-    };
-    Cost cost{.points = before.back()};
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto at = static_cast<double>(line_[i].Y),
-                 next = static_cast<double>(line_[std::min(i + 1, n - 1)].Y);
-      cost.looks += 2 * (between(std::min(at, next) - radius_, std::max(at, next) + radius_) +
-                         between(at - radius_, at + radius_));
-    }
-    if (cost.looks <= most_looks) cost.crossings = crossings(most_crossings);
-    return cost;
-  }
-
-  std::vector<std::vector<Point>> outline() {
-    clipper_.AddPath(line_, join_, cap_);
-    ClipperLib::Paths area;
-    clipper_.Execute(area, radius_);
-    std::vector<std::vector<Point>> paths;
-    for (const auto& path : area) {
-      auto& points = paths.emplace_back();
-      for (const auto& p : path)
-        points.push_back({static_cast<double>(p.X) / grid, static_cast<double>(p.Y) / grid});
-    }
-    return paths;
-  }
-
- private:
-  double radius_, tolerance_;
-  bool is_round_, has_round_caps_;
-  ClipperLib::ClipperOffset clipper_;
-  ClipperLib::JoinType join_;
-  ClipperLib::EndType cap_;
-  ClipperLib::Path line_;
-
-  /// As many as the outline has at a point of the line, on both sides of it.
-  [[nodiscard]] double points_at(std::size_t i) const {
-    constexpr double of_corner = 5;
-    const double chord_angle = 2 * std::acos(1 - std::min(tolerance_ / radius_, 0.25));
-    if (i == 0 || i + 1 == line_.size())
-      return of_corner + (has_round_caps_ ? std::numbers::pi / chord_angle : 0);
-    if (!is_round_) return of_corner;
-    const auto direction = [&](std::size_t k) {
-      return Point{static_cast<double>(line_[k + 1].X - line_[k].X),
-                   static_cast<double>(line_[k + 1].Y - line_[k].Y)};
-    };
-    const Point a = direction(i - 1), b = direction(i);
-    return of_corner +
-           std::fabs(std::atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])) / chord_angle;
-  }
-
-  [[nodiscard]] double crossings(double most) const {
-    struct Surroundings {
-      double low, high, left, right;
-    };
-    std::vector<Surroundings> all;
-    for (std::size_t i = 0; i + 1 < line_.size(); ++i) {
-      const auto [left, right] = std::minmax(
-          {static_cast<double>(line_[i].X), static_cast<double>(line_[i + 1].X)});  // values, no references
-      const auto [low, high] =
-          std::minmax({static_cast<double>(line_[i].Y), static_cast<double>(line_[i + 1].Y)});
-      all.push_back({low - radius_, high + radius_, left - radius_, right + radius_});
-    }
-    std::sort(all.begin(), all.end(),
-              [](const Surroundings& a, const Surroundings& b) { return a.low < b.low; });
-    double count = 0;
-    for (std::size_t i = 0; i < all.size() && count <= most; ++i)
-      for (std::size_t k = i + 1; k < all.size() && all[k].low <= all[i].high; ++k)
-        if (all[k].left <= all[i].right && all[i].left <= all[k].right) ++count;
-    return count;
-  }
-};
-
-/// Width or height of the page in millimetres. Percentages and what is missing take it from the view box.
-double page_length(const xmlNode* svg, const char* name, double box, bool has_box, double dpi) {
-  const std::optional<svg::Length> length = svg::read_length(svg::attribute(svg, name));
-  if (!length || length->number < 0) return has_box ? box * 25.4 / dpi : 0;
-  const double unit = svg::millimetres_in(length->unit, dpi);
-  if (unit == 0) return has_box ? box : 0;
-  return length->number * unit;
-}
-
-/// How a view box lies in what is `width` wide and `height` high.
-struct Fit {
-  double sx = 1, sy = 1;
-  Point align{};
-
-  Fit(const xmlNode* node, const std::vector<double>& box, double width, double height)
-      : sx(width / box[2]), sy(height / box[3]) {
-    const std::string aspect = svg::attribute(node, "preserveAspectRatio");
-    if (aspect.find("none") != std::string::npos) return;
-    sx = sy = aspect.find("slice") != std::string::npos ? std::max(sx, sy) : std::min(sx, sy);
-    const auto aligned = [&](char axis, double room) {
-      const auto at = aspect.find(axis);
-      const std::string where = at == std::string::npos ? "" : aspect.substr(at + 1, 3);
-      return where == "Min" ? 0 : where == "Max" ? room : room / 2;
-    };
-    align = {aligned('x', width - sx * box[2]), aligned('Y', height - sy * box[3])};
-  }
-};
-
-/// The four numbers of a view box; none if it has no area.
-std::vector<double> view_box(const xmlNode* node) {
-  std::vector<double> v = svg::numbers_of(svg::attribute(node, "viewBox"));
-  return v.size() == 4 && v[2] > 0 && v[3] > 0 ? v : std::vector<double>();
-}
-
-/// How the drawing lies on its page, y upwards. As in OpenSCAD the last `svg` element counts, without a view
-/// box a unit is a millimetre, and the lower edge of the view box moves the drawing the wrong way.
-struct Page {
-  double sx = 1, sy = 1;
-  Point box{}, align{};
-  double height = 0;
-
-  void read(const xmlNode* svg, double dpi) {
-    const std::vector<double> v = view_box(svg);
-    const bool has_box = !v.empty();
-    const double width = page_length(svg, "width", has_box ? v[2] : 0, has_box, dpi);
-    height = page_length(svg, "height", has_box ? v[3] : 0, has_box, dpi);
-    if (!has_box) return;
-    box = {v[0], v[1]};
-    const Fit fit(svg, v, width, height);
-    sx = fit.sx, sy = fit.sy, align = fit.align;
-  }
-
-  /// @param centre of what is drawn, if it is to lie at the origin.
-  [[nodiscard]] Affine map(const std::optional<Point>& centre) const {
-    if (centre) return {sx, 0, 0, -sy, -sx * (box[0] + (*centre)[0]), -sy * (box[1] - (*centre)[1])};
-    return {sx, 0, 0, -sy, align[0] - sx * box[0], height - align[1] - sy * box[1]};
-  }
-};
-
-/// Moves all drawings from their own units to the page.
-void place(std::vector<PlaneDrawing>& drawings, const Page& page, bool center) {
-  std::optional<Point> centre;
-  if (center && !drawings.empty()) {
-    Point low = drawings[0].points[0], high = low;
-    for (const PlaneDrawing& drawing : drawings)
-      for (const Point& p : drawing.points)
-        for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
-    centre = Point{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
-  }
-  const Affine map = page.map(centre);
-  for (PlaneDrawing& drawing : drawings)
-    for (Point& p : drawing.points) p = map(p);
 }
 
 /// Which elements are wanted, with what is in them.
@@ -353,7 +123,7 @@ class Walk {
         wanted_(wanted),
         selector_(wanted, root),
         styles_(root, name_) {
-    const std::vector<double> box = view_box(root);
+    const std::vector<double> box = svg::view_box(root);
     view_ = box.empty() ? Point{svg::user_units(svg::attribute(root, "width")),
                                 svg::user_units(svg::attribute(root, "height"))}
                         : Point{box[2], box[3]};
@@ -367,7 +137,7 @@ class Walk {
       step(visit);
     }
     if (!is_there_) return std::nullopt;
-    place(drawings_, page_, center);
+    svg::place(drawings_, page_, center);
     std::erase_if(drawings_, [&](const PlaneDrawing& drawing) { return !is_finite(drawing); });
     for (const std::string& selector : styles_.unread_selectors())
       unread_.add(nullptr, "rule of a style sheet for '" + selector.substr(0, 40) + "'");
@@ -439,7 +209,7 @@ class Walk {
     if (!visit.is_displayed && wanted_.id.empty() && wanted_.layer.empty())
       return;  // else it is looked for, to say that it is hidden
     const Affine outer = visit.map;
-    visit.map = outer.after(map_of(svg::attribute(visit.node, "transform")));
+    visit.map = outer.after(svg::map_of(svg::attribute(visit.node, "transform")));
     if (name == "svg" || name == "symbol") enter_viewport(visit);
     if (visit.use < 0) {
       visit.is_in_layer = visit.is_in_layer || selector_.is_layer(visit.node);
@@ -584,13 +354,13 @@ class Walk {
       const std::optional<double> said = length(visit, use, key, name);
       return said ? *said : length(visit, visit.node, key, name).value_or(visit.viewport.size[axis]);
     };
-    const std::vector<double> box = view_box(visit.node);
+    const std::vector<double> box = svg::view_box(visit.node);
     const Point whole{size("width", 0), size("height", 1)};
     if (visit.use >= 0) {
       visit.map = visit.map.after({1, 0, 0, 1, length(visit, visit.node, "x", 'x').value_or(0),
                                    length(visit, visit.node, "y", 'y').value_or(0)});
       if (!box.empty()) {
-        const Fit fit(visit.node, box, whole[0], whole[1]);
+        const svg::Fit fit(visit.node, box, whole[0], whole[1]);
         visit.map = visit.map.after(
             {fit.sx, 0, 0, fit.sy, fit.align[0] - fit.sx * box[0], fit.align[1] - fit.sy * box[1]});
       }
