@@ -16,16 +16,16 @@ endforeach()
 
 # Deliberately broken copies of the layer: the random programs must catch each of them. Only the files that contain a
 # defect are compiled again (with inline functions of outbox.hpp, all that call them); the rest is the library's.
-set(defects "drop_put:inbox" "gets_after_puts:delivery" "swap_messages:inbox" "forget_pop:registry"
-    "late_put:access,engine" "early_tagsize:access" "early_registration:registry" "puts_in_reverse:delivery"
-    "merge_wrongly:access,classic,classic_multicore,outbox,world" "lose_message:inbox")
+set(defects "drop_put:engine/inbox" "gets_after_puts:engine/delivery" "swap_messages:engine/inbox" "forget_pop:memory/registry"
+    "late_put:engine/access,engine/engine" "early_tagsize:engine/access" "early_registration:memory/registry" "puts_in_reverse:engine/delivery"
+    "merge_wrongly:engine/access,classic/classic,classic/classic_multicore,engine/outbox,engine/world" "lose_message:engine/inbox")
 get_target_property(BSPLIB_DIR bsp2_bsplib SOURCE_DIR)
 set(number 0)
 foreach(entry ${defects})
   math(EXPR number "${number} + 1")
   string(REGEX MATCH "^([a-z_]+):(.*)$" matched ${entry})
   set(defect ${CMAKE_MATCH_1})
-  string(REGEX REPLACE "([a-z_]+)" "${BSPLIB_DIR}/src/\\1.cpp" files ${CMAKE_MATCH_2})
+  string(REGEX REPLACE "([a-z_/0-9]+)" "${BSPLIB_DIR}/src/\\1.cpp" files ${CMAKE_MATCH_2})
   string(REPLACE "," ";" files "${files}")
   add_executable(bsplib_defect_${defect} $<TARGET_OBJECTS:bsplib_random_programs> ${files})
   target_include_directories(bsplib_defect_${defect} PRIVATE ${BSPLIB_DIR}/include ${BSPLIB_DIR}/src)

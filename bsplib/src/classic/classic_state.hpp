@@ -11,7 +11,7 @@
 #include <string>
 
 #include "bsp2/bsplib/world.hpp"
-#include "engine.hpp"
+#include "engine/engine.hpp"
 
 /// The one world of a classic program. Here, and only here, is global state: the interface of BSPlib has no
 /// handle.

@@ -1,4 +1,4 @@
-#include "copy.hpp"
+#include "support/copy.hpp"
 
 #include "bsp2/bsplib/run.h"
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "bsp2/bsplib/world.hpp"
-#include "copy.hpp"
-#include "defect.hpp"
-#include "registry.hpp"
-#include "staging.hpp"
-#include "wire.hpp"
+#include "memory/registry.hpp"
+#include "memory/staging.hpp"
+#include "support/copy.hpp"
+#include "support/defect.hpp"
+#include "support/wire.hpp"
 
 namespace bsp2::bsplib {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "bsp2/bsplib/world.hpp"
-#include "registry.hpp"
-#include "wire.hpp"
+#include "memory/registry.hpp"
+#include "support/wire.hpp"
 
 namespace bsp2::bsplib {
 

@@ -2,8 +2,8 @@
 #define BSP2_NO_INLINE
 #define BSP2_NO_PLACES
 #include "bsp.h"
-#include "classic_api.hpp"
-#include "classic_dialect.hpp"
+#include "classic/classic_api.hpp"
+#include "classic/classic_dialect.hpp"
 
 namespace classic = bsp2::bsplib::classic;
 

@@ -1,9 +1,9 @@
-#include "registry.hpp"
+#include "memory/registry.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include "defect.hpp"
+#include "support/defect.hpp"
 
 namespace bsp2::bsplib {
 

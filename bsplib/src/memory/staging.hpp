@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "shared_memory.hpp"
-#include "wire.hpp"
+#include "memory/shared_memory.hpp"
+#include "support/wire.hpp"
 
 namespace bsp2::bsplib {
 

@@ -1,4 +1,4 @@
-#include "staging.hpp"
+#include "memory/staging.hpp"
 
 #include <algorithm>
 #include <iterator>

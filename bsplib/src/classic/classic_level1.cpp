@@ -10,9 +10,9 @@
 
 #include "bsp.h"
 #include "bsp_level1.h"
-#include "classic_state.hpp"
-#include "copy.hpp"
-#include "grouping.hpp"
+#include "classic/classic_state.hpp"
+#include "classic/grouping.hpp"
+#include "support/copy.hpp"
 
 namespace bsp2::bsplib::classic {
 

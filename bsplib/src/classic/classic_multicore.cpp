@@ -3,5 +3,5 @@
 #define BSP2_NO_INLINE
 #define BSP2_NO_PLACES
 #include "bsp.h"
-#include "classic_api.hpp"
-#include "classic_dialect.hpp"
+#include "classic/classic_api.hpp"
+#include "classic/classic_dialect.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine.hpp"
+#include "engine/engine.hpp"
 
 namespace bsp2::bsplib::detail {
 

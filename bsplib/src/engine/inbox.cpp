@@ -1,11 +1,11 @@
-#include "inbox.hpp"
+#include "engine/inbox.hpp"
 
 #include <algorithm>
 #include <cstring>
 #include <utility>
 
-#include "copy.hpp"
-#include "defect.hpp"
+#include "support/copy.hpp"
+#include "support/defect.hpp"
 
 namespace bsp2::bsplib {
 
@@ -130,7 +130,7 @@ void MessageRun::append_to(std::vector<Message>& messages) const {
 
 void Inflow::deliver_to_first(int source, std::vector<MessageRun>& queue) const {
   if (!(contents & wire::has_messages)) return;
-  const std::size_t before = queue.size();
+  [[maybe_unused]] const std::size_t before = queue.size();
   for_each_record(stream, size, [&](const Item& item) {
     if (item.op == Op::message && item.target == 0) queue.push_back(item.messages(source));
   });

@@ -1,4 +1,4 @@
-#include "profile.hpp"
+#include "support/profile.hpp"
 
 #include <errno.h>
 

@@ -2,8 +2,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "copy.hpp"
-#include "engine.hpp"
+#include "engine/engine.hpp"
+#include "support/copy.hpp"
 
 namespace bsp2::bsplib::detail {
 

@@ -1,4 +1,4 @@
-#include "engine.hpp"
+#include "engine/engine.hpp"
 
 #include <algorithm>
 #include <array>
@@ -71,7 +71,10 @@ std::string note_on_numbers(const std::vector<int>& here) {
 }  // namespace
 
 Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::size_t room_ranks)
-    : comm_(comm), options_(agreed(comm, options)), staging_(comm, options_.staging_bytes), registry_([&] {
+    : comm_(comm),
+      options_(agreed(comm, std::move(options))),
+      staging_(comm, options_.staging_bytes),
+      registry_([&] {
         int size = 0;
         MPI_Comm_size(comm, &size);
         return size;

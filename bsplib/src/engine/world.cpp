@@ -4,8 +4,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
-#include "engine.hpp"
+#include "engine/engine.hpp"
 
 namespace bsp2::bsplib {
 
@@ -21,7 +22,7 @@ MPI_Comm duplicate(MPI_Comm comm) {
 }
 
 /// Ends a world at the end of its scope, where nothing may be thrown.
-void leave(std::shared_ptr<Engine> engine) noexcept {
+void leave(const std::shared_ptr<Engine>& engine) noexcept {
   if (!engine || engine->closed() || engine->failed()) return;
   try {
     if (std::uncaught_exceptions() > 0) {
@@ -49,7 +50,7 @@ WorldOptions WorldOptions::from_environment() {
 }
 
 World::World(MPI_Comm comm, WorldOptions options)
-    : World(std::make_shared<Engine>(duplicate(comm), options)) {}
+    : World(std::make_shared<Engine>(duplicate(comm), std::move(options))) {}
 
 World::World(std::shared_ptr<Engine> engine)
     : runs_(engine->runs(), engine->nprocs()), engine_(std::move(engine)), last_pid_(engine_->pid()) {}

@@ -10,8 +10,8 @@
 #include <climits>
 #include <cstring>
 
-#include "copy.hpp"
-#include "engine.hpp"
+#include "engine/engine.hpp"
+#include "support/copy.hpp"
 
 namespace bsp2::bsplib::detail {
 

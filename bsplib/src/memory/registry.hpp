@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bsp2/bsplib/error.hpp"
-#include "shared_memory.hpp"
+#include "memory/shared_memory.hpp"
 
 namespace bsp2::bsplib {
 

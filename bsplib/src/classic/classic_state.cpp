@@ -1,4 +1,4 @@
-#include "classic_state.hpp"
+#include "classic/classic_state.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <regex>
 
 #include "bsp.h"
-#include "speaker.hpp"
+#include "classic/speaker.hpp"
 
 namespace bsp2::bsplib::classic {
 

@@ -1,4 +1,4 @@
-#include "speaker.hpp"
+#include "classic/speaker.hpp"
 
 #include <mpi.h>
 

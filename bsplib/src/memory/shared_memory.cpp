@@ -1,4 +1,4 @@
-#include "shared_memory.hpp"
+#include "memory/shared_memory.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>

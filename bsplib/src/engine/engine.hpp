@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "bsp2/bsplib/world.hpp"
-#include "defect.hpp"
-#include "inbox.hpp"
-#include "outbox.hpp"
-#include "profile.hpp"
-#include "registry.hpp"
-#include "staging.hpp"
-#include "wire.hpp"
+#include "engine/inbox.hpp"
+#include "engine/outbox.hpp"
+#include "memory/registry.hpp"
+#include "memory/staging.hpp"
+#include "support/defect.hpp"
+#include "support/profile.hpp"
+#include "support/wire.hpp"
 
 namespace bsp2::bsplib::detail {
 

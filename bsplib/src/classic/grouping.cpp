@@ -1,4 +1,4 @@
-#include "grouping.hpp"
+#include "classic/grouping.hpp"
 
 #include <algorithm>
 

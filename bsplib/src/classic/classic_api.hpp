@@ -7,8 +7,8 @@
 #include <type_traits>
 
 #include "bsp.h"
-#include "classic_state.hpp"
-#include "copy.hpp"
+#include "classic/classic_state.hpp"
+#include "support/copy.hpp"
 
 /// The functions of BSPlib for one dialect, that is, for its types of process numbers and sizes.
 ///
