@@ -23,7 +23,8 @@ class ZipFile {
   };
 
   virtual ~ZipFile() = default;
-  /// An entry by name (the case of letters makes no difference); null if there is none.
+  /// An entry by name (the case of letters makes no difference); null if there is none. @throws bsp2::Error,
+  /// as `open_first`, for one that cannot be unpacked: it is encrypted, or packed in an unusual way.
   [[nodiscard]] virtual std::unique_ptr<Entry> open(const std::string& name) const = 0;
   /// The first entry with this ending, else the first one; null if there is none at all.
   [[nodiscard]] virtual std::unique_ptr<Entry> open_first(std::string_view ending) const = 0;

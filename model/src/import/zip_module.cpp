@@ -6,6 +6,7 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/module.hpp"
+#include "import/part_names.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -21,13 +22,10 @@ class OpenEntry final : public ZipFile::Entry {
   std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> file_;
 };
 
-std::unique_ptr<ZipFile::Entry> opened(zip_file_t* file) {
-  return file == nullptr ? nullptr : std::make_unique<OpenEntry>(file);
-}
-
 class OpenZip final : public ZipFile {
  public:
-  OpenZip(std::string_view bytes, const std::filesystem::path& path) : archive_(nullptr, &zip_discard) {
+  OpenZip(std::string_view bytes, const std::filesystem::path& path)
+      : archive_(nullptr, &zip_discard), path_(path.string()) {
     zip_error_t error;
     zip_error_init(&error);
     zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
@@ -42,7 +40,8 @@ class OpenZip final : public ZipFile {
   }
 
   [[nodiscard]] std::unique_ptr<Entry> open(const std::string& name) const override {
-    return opened(zip_fopen(archive_.get(), name.c_str(), ZIP_FL_NOCASE));
+    const zip_int64_t number = zip_name_locate(archive_.get(), name.c_str(), ZIP_FL_NOCASE);
+    return number < 0 ? nullptr : open_number(static_cast<zip_uint64_t>(number));
   }
 
   [[nodiscard]] std::unique_ptr<Entry> open_first(std::string_view ending) const override {
@@ -50,13 +49,36 @@ class OpenZip final : public ZipFile {
     for (zip_int64_t i = 0; i < entries; ++i) {
       const char* name = zip_get_name(archive_.get(), static_cast<zip_uint64_t>(i), 0);
       if (name != nullptr && std::string_view(name).ends_with(ending))
-        return opened(zip_fopen_index(archive_.get(), static_cast<zip_uint64_t>(i), 0));
+        return open_number(static_cast<zip_uint64_t>(i));
     }
-    return opened(entries > 0 ? zip_fopen_index(archive_.get(), 0, 0) : nullptr);
+    return entries > 0 ? open_number(0) : nullptr;
   }
 
  private:
   std::unique_ptr<zip_t, void (*)(zip_t*)> archive_;
+  std::string path_;
+
+  [[nodiscard]] std::unique_ptr<Entry> open_number(zip_uint64_t number) const {
+    if (zip_file_t* file = zip_fopen_index(archive_.get(), number, 0))
+      return std::make_unique<OpenEntry>(file);
+    const std::string why = reason();
+    const char* const name = zip_get_name(archive_.get(), number, 0);
+    throw Error(path_ + ": '" + printable_name(name == nullptr ? "" : name) + "' in it " + why);
+  }
+
+  /// Why an entry that is there could not be opened.
+  [[nodiscard]] std::string reason() const {
+    zip_error_t* const error = zip_get_error(archive_.get());
+    switch (zip_error_code_zip(error)) {
+      case ZIP_ER_NOPASSWD:
+      case ZIP_ER_ENCRNOTSUPP:
+        return "is encrypted; write the file without a password";
+      case ZIP_ER_COMPNOTSUPP:
+        return "is packed by a method that is not known here; write the file with the usual one (deflate)";
+      default:
+        return std::string("cannot be unpacked: ") + zip_error_strerror(error);
+    }
+  }
 };
 
 std::unique_ptr<ZipFile> open_archive(std::string_view bytes, const std::filesystem::path& path) {

@@ -492,6 +492,28 @@ TEST_F(MeshFile, ZipFilesCannotFillTheMemory) {
   EXPECT_EQ(message("m.amf", amf).substr(0, expected.size()), expected);
 }
 
+/// Not as if it were missing.
+TEST_F(MeshFile, EncryptedEntriesAreToldAsSuch) {
+  const std::string path = folder_.path() / "made.zip";
+  for (const std::string name : {"3D/3dmodel.model", "_rels/.rels"})
+    for (const zip_uint16_t method : {ZIP_EM_TRAD_PKWARE, ZIP_EM_AES_256}) {
+      zip_t* archive = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, nullptr);
+      const auto number =
+          zip_file_add(archive, name.c_str(), zip_source_buffer(archive, "<model/>", 8, 0), 0);
+      if (zip_file_set_encryption(archive, static_cast<zip_uint64_t>(number), method, "secret") != 0) {
+        zip_discard(archive);  // this libzip cannot
+        continue;
+      }
+      ASSERT_EQ(zip_close(archive), 0);
+      std::ifstream made(path, std::ios::binary);
+      const std::string bytes{std::istreambuf_iterator<char>(made), {}};
+      for (const char* file : {"m.3mf", "m.amf"})
+        if (std::string_view(file) == "m.amf" || name.starts_with("3D"))
+          EXPECT_EQ(message(file, bytes),
+                    ": '" + name + "' in it is encrypted; write the file without a password");
+    }
+}
+
 /// Nothing is looked for outside of the package, and what is in it is no zip file again.
 TEST_F(MeshFile, NamesInPackagesStayInThem) {
   const std::string inner = package("", "");
