@@ -76,7 +76,8 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, Wo
   if (answer.label == Label::in && was_box_test_only_ && (network_->has_colours || network_->is_divided()))
     answer = localize(program, out, false);  // an earlier operand may have all of the cell
   if (answer.label != Label::fuzzy) return answer;
-  const bool thin = is_thin(), between_first = box_test_only && !thin;
+  bool thin = is_thin() && !reaches_beyond_surfaces(out);
+  const bool between_first = box_test_only && !thin;
   if (between_first && choose_between_operands(out, cut)) {
     cut.box_test_only = was_box_test_only_;
     return answer;
@@ -86,6 +87,7 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, Wo
     std::swap(out, second_pass_);
     answer = localize(second_pass_, out, false);
     if (answer.label != Label::fuzzy) return answer;
+    thin = is_thin() && !reaches_beyond_surfaces(out);
   }
   const bool is_last = active_.size() == 1;
   if (thin) leave_round_operands(out);  // what is left to choose from; the expression still has them
@@ -126,6 +128,21 @@ bool Localizer<D>::is_thin() const {
   for (int axis = 0; axis < D; ++axis)
     if (view_.extent().length(axis) < thin) return true;
   return view_.thickness() < thin;
+}
+
+/// Whether a thin cell is so long that the surface of a round solid need not be near all of it. It is cut
+/// then as any other: so it comes to the same cells as with a finer tolerance.
+template <int D>
+bool Localizer<D>::reaches_beyond_surfaces(std::span<const Word> program) {
+  constexpr double long_cell = 4;  // times as long as what is thin
+  const double thin = this->thin();
+  if (view_.extent().length(view_.extent().axes_by_length()[0]) <= long_cell * thin) return false;
+  return std::any_of(active_.begin(), active_.end(), [&](const ActiveLeaf& active) {
+    const Word* const leaf = program.data() + active.at;
+    const Producer<D>& producer = network_->producers[leaf[2]];
+    return producer.kind == ProducerKind::round &&
+           with_round(producer, [&](const auto& process) { return process.is_coarse(leaf, view_, thin); });
+  });
 }
 
 /// Leaves to choose from only what ends by itself, and splines that end within the cell.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 
@@ -36,6 +37,9 @@ class RoundProducer {
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
   /// Whether any of its flat faces is undecided.
   [[nodiscard]] bool has_planes(const Word* leaf) const { return undecided_planes(leaf) != 0; }
+  /// Whether the solid's surface need not be near all of the cell: where no wedge is known, or one of which
+  /// tangent and chord are farther apart than `tolerance`, or the cell reaches so far beyond them.
+  [[nodiscard]] bool is_coarse(const Word* leaf, const CellView<D>& cell, double tolerance) const;
   /// A hyperplane of the box, the wedge's tangent or chord, or what halves the wedge; at the last level,
   /// across the longest axis of the cell. No advice where the cell is too small for that.
   Advice advise(const Word* leaf, CellView<D>& cell) const;
@@ -175,6 +179,25 @@ void RoundProducer<D, Solid>::tighten(State& state, CellView<D>& cell) const {
     }
     state.wedge = half;
   }
+}
+
+template <int D, typename Solid>
+bool RoundProducer<D, Solid>::is_coarse(const Word* leaf, const CellView<D>& cell, double tolerance) const {
+  const State state = state_of(leaf);
+  if (state.kind != State::Kind::wedge) return state.kind == State::Kind::anywhere;
+  const auto beyond = [&](geometry::OrientedHyperplane plane, const std::array<double, D>& point) {
+    const auto h = cell.table().rounded(plane.id());
+    double square = 0;
+    for (const double c : h.normal) square += c * c;
+    return (plane.flipped() ? -h.at(point) : h.at(point)) / std::sqrt(square);
+  };
+  const geometry::OrientedHyperplane tangent = round_.tangent(state.wedge), chord = round_.chord(state.wedge);
+  const auto& centre = cell.extent().centre;
+  if (beyond(chord, centre) - beyond(tangent, centre) > tolerance) return true;
+  const auto vertices = cell.cell().vertices();
+  return std::any_of(vertices.begin(), vertices.end(), [&](const auto& vertex) {
+    return beyond(tangent, vertex.x) > tolerance || beyond(chord, vertex.x) < -tolerance;
+  });
 }
 
 // --- advice ---

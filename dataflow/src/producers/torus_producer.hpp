@@ -22,6 +22,7 @@ class TorusProducer {
   /// Grows with the level: what is refined already can wait for what is not.
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
   [[nodiscard]] static bool has_planes(const Word*) { return false; }
+  [[nodiscard]] static bool is_coarse(const Word*, const CellView<3>&, double) { return false; }
   /// The plane that cuts off what is farthest out, then the one within it, then what halves the wedge; at the
   /// last level across the longest axis of the cell. No advice where the cell is too small for that.
   Advice advise(const Word* leaf, CellView<3>& cell) const;

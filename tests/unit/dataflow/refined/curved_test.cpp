@@ -354,6 +354,38 @@ TEST(Curved, ToleranceLeavesNoPolyhedronUndecided) {
     }
 }
 
+/// The planes that cut one hole out run beside those of others and of the plate: cells between them are thin
+/// from the beginning, but are cut on until they are near what is round.
+TEST(Curved, ThinCellsDoNotReachFarBeyondTheSurface) {
+  constexpr double tolerance = 0.1;
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  for (int round = 0; round < samples::rounds(8); ++round) {
+    std::vector<std::array<double, 3>> circles{{0, 0, 10}};
+    std::vector<model::Expression> operands{model::cone(4, 10, 10)};
+    for (int hole = 0; hole < 6; ++hole) {
+      const double radius = 0.5 + uniform(random, 0, 1);
+      circles.push_back({uniform(random, -6, 6), uniform(random, -6, 6), radius});
+      operands.push_back(model::transform(std::vector<double>{1, 0, 0, circles.back()[0], 0, 1, 0,
+                                                              circles.back()[1], 0, 0, 1, -1, 0, 0, 0, 1},
+                                          model::cone(6, radius, radius)));
+    }
+    const Network<3> network = compile<3>(model::subtract(std::move(operands)), {});
+    for (const auto& refinement : evaluate_all(network, 0, thinner_than(tolerance)).refinements)
+      for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell) {
+        if (refinement->cells.label[cell] != Label::fuzzy) continue;
+        const auto points = refinement->cells.cell_points(cell);
+        for (std::size_t i = 0; i < points.size(); i += 3) {
+          double nearest = 1e9;
+          for (const auto& [x, y, r] : circles)
+            nearest = std::min(nearest, std::fabs(std::hypot(points[i] - x, points[i + 1] - y) - r));
+          EXPECT_LT(nearest, 3 * tolerance);
+        }
+      }
+  }
+}
+
 TEST(Curved, CellsDoNotDependOnThreadsAndOrder) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);

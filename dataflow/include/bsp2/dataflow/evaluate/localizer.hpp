@@ -135,6 +135,7 @@ class Localizer {
 
   [[nodiscard]] double thin() const;
   [[nodiscard]] bool is_thin() const;
+  [[nodiscard]] bool reaches_beyond_surfaces(std::span<const Word> program);
   void leave_round_operands(std::span<const Word> program);
   SplitPosition part_operands(std::span<const Word> program, int axis);
   std::pair<int, SplitPosition> axis_between_operands(std::span<const Word> program);
