@@ -405,6 +405,23 @@ TEST(Run, DrawsTheSamePictureInEveryFashion) {
   }
 }
 
+/// Skins are seen from the side on which they are, whoever draws them.
+TEST(Run, DrawsTheSameSkinsInEveryFashion) {
+  RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg", 8, 1);
+  options.curved = options.collect_cells = true;
+  RunOptions of_all = options;
+  of_all.collect = Collect::file;
+  const RunResult alone = run(options);
+  EXPECT_GT(alone.report.fuzzy_cells, 0U);
+  Ranks one;
+  const PictureOptions view{.width = 240, .height = 180};
+  const std::string expected = render(one, alone, view);
+  Ranks ranks = Ranks::launched();
+  std::string drawn;
+  ranks.together([&] { drawn = render(ranks, run(of_all, ranks), view); });
+  EXPECT_EQ(drawn == expected, ranks.is_master());
+}
+
 /// A frame a step, the last of which shows the finished solid.
 TEST(Run, ShowsAFrameAfterEachStep) {
   RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / "menger_sponge.csg", 16, 1);

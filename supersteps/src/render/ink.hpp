@@ -40,7 +40,8 @@ struct SeenFacet {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive& plane[0] & plane[1] & plane[2] & plane[3] & colour& round.body& round.segment& region;
+    archive& plane[0] & plane[1] & plane[2] & plane[3] &
+        colour& round.body& round.segment& round.side& region;
   }
 };
 

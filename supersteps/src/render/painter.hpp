@@ -75,10 +75,12 @@ class Painter {
   }
 
   /// Which side of a curved surface is seen in a cell of its skin, by that facet of the cell which faces the
-  /// viewer and runs along the surface: its front is towards the outside if the cell is on its negative side.
+  /// viewer and of all runs best along the surface: its front is towards the outside if the cell is on its
+  /// negative side.
   [[nodiscard]] std::int32_t side_of_skin(const geometry::CellBatch& batch, std::size_t cell,
                                           const RoundPlace& skin) {
-    constexpr double along = 0.7;  // the others part the skin
+    double along = 0.7;  // the others part the skin
+    std::int32_t side = round_->owner(skin).owns ? 1 : -1;
     std::vector<Vector> polygon;
     for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
       const std::int32_t plane = batch.facet_hyperplane[f];
@@ -92,9 +94,12 @@ class Painter {
       }
       if (!camera_.shows_front(normal_of(seen_), seen_[0])) continue;
       const Vector normal = normalized(normal_of(polygon));
-      if (dot(round_->normal(skin, polygon[0], normal), normal) > along) return plane < 0 ? -1 : 1;
+      const double runs_along = dot(round_->normal(skin, polygon[0], normal), normal);
+      if (!(runs_along > along)) continue;
+      along = runs_along;
+      side = plane < 0 ? -1 : 1;
     }
-    return round_->owner(skin).owns ? 1 : -1;
+    return side;
   }
 
   /// Whether all of the cell, before the eye, is behind what has been drawn.
