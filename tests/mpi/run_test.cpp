@@ -396,7 +396,9 @@ TEST(Run, DrawsTheSamePictureInEveryFashion) {
   lined.edges = Edges::feature;
   lined.shade = Shade::level;
   lined.legend = lined.axes = lined.transparent = true;
-  for (const PictureOptions& view : {plain, eye, exploded, vectors, lined}) {
+  PictureOptions lined_vectors = vectors;
+  lined_vectors.edges = Edges::feature;
+  for (const PictureOptions& view : {plain, eye, exploded, vectors, lined, lined_vectors}) {
     const std::string expected = render(one, alone, view);
     Ranks ranks = Ranks::launched();
     std::string drawn;

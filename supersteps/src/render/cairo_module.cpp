@@ -82,6 +82,21 @@ void draw_overlay(std::uint32_t* pixels, int width, int height, const Overlay& o
   cairo_surface_flush(surface.get());
 }
 
+void draw_lines(cairo_t* cr, const Polygons& all) {
+  constexpr double hides = 0.75;  // of what is below, as in pictures of pixels
+  if (all.line_ends.empty()) return;
+  std::uint32_t point = 0;
+  for (const std::uint32_t end : all.line_ends) {
+    cairo_new_sub_path(cr);
+    for (; point < end; ++point)
+      cairo_line_to(cr, all.line_points[2 * point], all.line_points[2 * point + 1]);
+  }
+  cairo_set_line_cap(cr, CAIRO_LINE_CAP_ROUND);
+  cairo_set_line_width(cr, all.line_width);
+  set_colour(cr, line_colour, hides);
+  cairo_stroke(cr);
+}
+
 std::string draw_vectors(PictureFormat format, int width, int height, const Colour* background,
                          const Polygons& all, const Overlay& overlay) {
   std::string bytes;
@@ -113,6 +128,7 @@ std::string draw_vectors(PictureFormat format, int width, int height, const Colo
       if (edges) cairo_set_source_rgba(cr, line_colour[0], line_colour[1], line_colour[2], ink[3]);
       cairo_stroke(cr);
     }
+    draw_lines(cr, all);
     draw(cr, overlay);
     cairo_surface_finish(surface.get());
     check(cairo_surface_status(surface.get()));

@@ -8,6 +8,7 @@
 #include "bsp2/geometry/support/module.hpp"
 #include "pixels/png.hpp"
 #include "render/cairo_module.hpp"
+#include "render/seen_edges.hpp"
 
 namespace bsp2::supersteps {
 namespace {
@@ -370,6 +371,14 @@ std::string Canvas::file(const Lighting& lighting, const Overlay& overlay) {
   return png_file(memory_.image, width_, height_, is_transparent_);
 }
 
+Drawing::Drawing(const PictureOptions& options)
+    : width_(options.width),
+      height_(options.height),
+      format_(options.format),
+      has_edges_(options.edges == Edges::feature),
+      is_transparent_(options.transparent),
+      line_width_(edge_width * enlargement(options)) {}
+
 void Drawing::fill(std::span<const Point2> polygon, const Ink& ink) {
   for (const auto& point : polygon) all_.points.insert(all_.points.end(), point.begin(), point.end());
   all_.ends.push_back(static_cast<std::uint32_t>(all_.points.size() / 2));
@@ -378,6 +387,7 @@ void Drawing::fill(std::span<const Point2> polygon, const Ink& ink) {
   for (const double channel : ink.colour)
     all_.inks.push_back(static_cast<float>(std::clamp(light * channel, 0.0, 1.0)));
   all_.inks.insert(all_.inks.end(), {static_cast<float>(ink.opacity), ink.edges ? 1.0F : 0.0F});
+  if (has_edges_) all_.facets.push_back({ink.plane, packed(ink.colour), ink.round, ink.region});
 }
 
 Drawing::Layer Drawing::take() { return std::exchange(all_, {}); }
@@ -387,9 +397,12 @@ void Drawing::put(const Layer& layer) {
   all_.points.insert(all_.points.end(), layer.points.begin(), layer.points.end());
   for (const std::uint32_t end : layer.ends) all_.ends.push_back(first + end);
   all_.inks.insert(all_.inks.end(), layer.inks.begin(), layer.inks.end());
+  all_.facets.insert(all_.facets.end(), layer.facets.begin(), layer.facets.end());
 }
 
-std::string Drawing::file(const Lighting&, const Overlay& overlay) {
+std::string Drawing::file(const Lighting& lighting, const Overlay& overlay) {
+  all_.line_width = line_width_;
+  if (has_edges_) add_seen_edges(all_, lighting, width_, height_);
   return cairo_module().draw_vectors(format_, width_, height_, is_transparent_ ? nullptr : &background, all_,
                                      overlay);
 }

@@ -121,11 +121,7 @@ class Canvas {
 class Drawing {
  public:
   using Layer = Polygons;
-  explicit Drawing(const PictureOptions& options)
-      : width_(options.width),
-        height_(options.height),
-        format_(options.format),
-        is_transparent_(options.transparent) {}
+  explicit Drawing(const PictureOptions& options);
 
   [[nodiscard]] static int strips() { return 1; }
   [[nodiscard]] static std::array<std::uint8_t, 2> strips_between(double, double) { return {0, 0}; }
@@ -142,7 +138,8 @@ class Drawing {
  private:
   int width_, height_;
   PictureFormat format_;
-  bool is_transparent_;
+  bool has_edges_, is_transparent_;  // edges: of the solid
+  double line_width_;
   Layer all_;
 };
 

@@ -300,8 +300,6 @@ std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& 
     ranks.agree([&] { canvas.emplace(options); });
     return draw(ranks, result, options, *canvas, *at_eye);
   }
-  if (options.edges == Edges::feature)
-    throw Error("the edges of the solid are drawn in PNG pictures; in .svg and .pdf: 'bsp2 draw'");
   Drawing drawing(options);
   return draw(ranks, result, options, drawing, *at_eye);
 }

@@ -175,9 +175,90 @@ TEST(Lighting, EdgesOfTheSolidDoNotDependOnItsCells) {
   EXPECT_LT(lines, 4000);
   options.edges = Edges::cells;
   EXPECT_GT(differing(pixels_of(render(cells, tree, options)), plain), 2 * lines);
+}
+
+/// The lines of a drawing: one path, which lets some of what is below through.
+std::vector<std::array<Point2, 2>> lines_of(const std::string& svg) {
+  std::vector<std::array<Point2, 2>> lines;
+  auto at = svg.find("stroke-opacity:0.75");
+  if (at == std::string::npos) at = svg.find("stroke-opacity=\"0.75\"");
+  if (at == std::string::npos) return lines;
+  const auto begin = svg.find(" d=\"", at) + 4;
+  std::istringstream path(svg.substr(begin, svg.find('"', begin) - begin));
+  Point2 before{}, here{};
+  for (char letter = 0; path >> letter >> here[0] >> here[1]; before = here)
+    if (letter == 'L') lines.push_back({before, here});
+  return lines;
+}
+
+double length_of(const std::vector<std::array<Point2, 2>>& lines) {
+  double length = 0;
+  for (const auto& [a, b] : lines) length += std::hypot(b[0] - a[0], b[1] - a[1]);
+  return length;
+}
+
+/// Whether lines are, within two pixels, just where pictures of pixels have theirs, which are found
+/// otherwise.
+void expect_lines_of_pixels(const RunResult& result, PictureOptions options) {
+  Ranks alone;
+  options.edges = Edges::none;
+  const Pixels plain = pixels_of(render(alone, result, options));
   options.edges = Edges::feature;
+  const Pixels lined = pixels_of(render(alone, result, options));
   options.format = PictureFormat::svg;
-  EXPECT_THROW(render(whole, leaf, options), Error);
+  const auto lines = lines_of(render(alone, result, options));
+  ASSERT_FALSE(lines.empty());
+  const int width = options.width, height = options.height;
+  std::vector<bool> has_line(plain.size());
+  const auto any_near = [&](int x, int y, const auto& is_there) {
+    for (int v = std::max(0, y - 2); v <= std::min(height - 1, y + 2); ++v)
+      for (int u = std::max(0, x - 2); u <= std::min(width - 1, x + 2); ++u)
+        if (is_there(static_cast<std::size_t>(v * width + u))) return true;
+    return false;
+  };
+  int far_lines = 0, far_pixels = 0, places = 0, pixels = 0;
+  for (const auto& [a, b] : lines)
+    for (double t = 0; t <= 1; t += 0.5 / (1 + std::hypot(b[0] - a[0], b[1] - a[1]))) {
+      const int x = static_cast<int>(a[0] + t * (b[0] - a[0])),
+                y = static_cast<int>(a[1] + t * (b[1] - a[1]));
+      has_line[static_cast<std::size_t>(y * width + x)] = true;
+      ++places;
+      far_lines += !any_near(x, y, [&](std::size_t i) { return plain[i] != lined[i]; });
+    }
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (const auto i = static_cast<std::size_t>(y * width + x); plain[i] != lined[i]) {
+        ++pixels;
+        far_pixels += !any_near(x, y, [&](std::size_t k) { return has_line[k]; });
+      }
+  EXPECT_GT(places, 1000);
+  EXPECT_LT(far_lines, 0.01 * places);
+  EXPECT_LT(far_pixels, 0.01 * pixels);
+}
+
+TEST(Lighting, EdgesOfDrawingsAreThoseOfPictures) {
+  const RunResult result = evaluated(
+      "difference() { union() { cube(size=[9,6,4]); multmatrix([[1,0,0,4],[0,1,0,3],[0,0,1,3],[0,0,0,1]]) "
+      "cylinder($fn=48,h=5,r1=2,r2=1); multmatrix([[0.8,-0.6,0,2],[0.6,0.8,0,-2],[0,0,1,1],[0,0,0,1]]) "
+      "cube(size=[3,3,2]); } multmatrix([[1,0,0,7],[0,1,0,3],[0,0,1,-1],[0,0,0,1]]) "
+      "cylinder($fn=40,h=9,r1=1.5,r2=1.5); }");
+  PictureOptions options{.width = 300, .height = 300};
+  expect_lines_of_pixels(result, options);
+  options.eye = {{14, -17, 11}};
+  expect_lines_of_pixels(result, options);
+  options.section = {1, 2.5, true};
+  expect_lines_of_pixels(result, options);
+}
+
+TEST(Lighting, EdgesOfDrawingsDoNotDependOnCells) {
+  const auto [whole, leaf] = box_of_cells(1);
+  const auto [cells, tree] = box_of_cells(500);
+  PictureOptions options{.format = PictureFormat::svg, .width = 200, .height = 200, .edges = Edges::feature};
+  const auto expected = lines_of(render(whole, leaf, options)),
+             lines = lines_of(render(cells, tree, options));
+  EXPECT_EQ(expected.size(), 9U);
+  EXPECT_LT(lines.size(), 40U);  // corners in the middle of an edge are rounded
+  EXPECT_NEAR(length_of(lines), length_of(expected), 0.5);
 }
 
 TEST(Lighting, WithoutBackgroundNothingIsBesideTheSolid) {
