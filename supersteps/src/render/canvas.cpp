@@ -15,7 +15,7 @@ namespace {
 
 const CairoModule& cairo_module() { return loaded_module<CairoModule>(BSP2_MODULE_LAYOUT); }
 
-constexpr int bytes_of_a_strip = 4 << 20, most_strips = 255;
+constexpr int bytes_of_a_strip = 2 << 20, most_strips = 255;
 constexpr double outline_width = 0.6, edge_width = 0.7;  // pixels of a picture of a thousand or less
 
 /// Of what is drawn at a fixed size in a picture of a thousand pixels.
@@ -66,7 +66,6 @@ Canvas::Canvas(const PictureOptions& options)
   memory_.high.resize(static_cast<std::size_t>(rows()));
   memory_.on_edge.resize(has_edges_ ? memory_.samples.size() : 0);
   memory_.image.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
-  memory_.seen.assign(memory_.image.size(), Seen{});
   forget();
 }
 
@@ -292,14 +291,14 @@ double Canvas::draw_line(Colour& sum, int covered, int on_edges) {
   return covered + beside;
 }
 
-Colour Canvas::light(const SeenFacet& facet, std::size_t pixel, const Point2& middle,
+Colour Canvas::light(const SeenFacet& facet, std::size_t column, const Point2& middle,
                      const Lighting& lighting, bool is_there) {
   Colour colour = unpacked(facet.colour);
   if (!facet.is_lit()) return colour;
   const Vector point = lighting.point(facet, middle), normal = lighting.normal(facet, point);
   const double light = brightness(normal);
-  if (is_there)
-    memory_.seen[pixel] = {
+  if (is_there && !seen_row_.empty())
+    seen_row_[column] = {
         static_cast<float>(-point[2]),
         {static_cast<std::int16_t>(32767 * normal[0]), static_cast<std::int16_t>(32767 * normal[1])}};
   for (double& channel : colour) channel = std::min(1.0, light * channel);
@@ -321,8 +320,8 @@ void Canvas::light_pixel(int x, int y, const Lighting& lighting) {
   const auto pixel =
       static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
   if (is_uniform && facets[0] != 0 && on_edges == 0) {
-    memory_.image[pixel] =
-        0xff000000U | packed(light(memory_.facets[facets[0] - 1], pixel, middle, lighting, true));
+    memory_.image[pixel] = 0xff000000U | packed(light(memory_.facets[facets[0] - 1],
+                                                      static_cast<std::size_t>(x), middle, lighting, true));
     return;
   }
   const std::uint32_t first =
@@ -334,7 +333,8 @@ void Canvas::light_pixel(int x, int y, const Lighting& lighting) {
     for (same = i + 1; same < all_samples && facets[same] == facets[i]; ++same) {
     }
     if (facets[i] == 0) continue;
-    const Colour colour = light(memory_.facets[facets[i] - 1], pixel, middle, lighting, facets[i] == centre);
+    const Colour colour = light(memory_.facets[facets[i] - 1], static_cast<std::size_t>(x), middle, lighting,
+                                facets[i] == centre);
     for (std::size_t k = 0; k < 3; ++k) sum[k] += static_cast<double>(same - i) * colour[k];
     covered += static_cast<int>(same - i);
   }
@@ -345,28 +345,43 @@ void Canvas::light_pixel(int x, int y, const Lighting& lighting) {
 
 void Canvas::end_strip(const Lighting& lighting) {
   if (has_edges_) find_edges(lighting);
+  if (strip_ == 0 && lighting.radius() > 0)
+    occlusion_.emplace(lighting, width_, height_, memory_.seen,
+                       [this](int y, std::span<const std::uint8_t> darkness) { finish_row(y, darkness); });
   const int first = strip_ * strip_height_;
-  for (int y = first; y < std::min(first + strip_height_, height_); ++y)
+  for (int y = first; y < std::min(first + strip_height_, height_); ++y) {
+    if (occlusion_) seen_row_ = occlusion_->begin_row();
     for (int x = 0; x < width_; ++x) light_pixel(x, y, lighting);
+    if (occlusion_)
+      occlusion_->end_row();
+    else
+      finish_row(y, {});
+  }
 }
 
-std::string Canvas::file(const Lighting& lighting, const Overlay& overlay) {
-  constexpr double most = 0.75;  // of the light that corners lose
-  std::vector<std::uint8_t> dark;
-  if (lighting.radius() > 0) dark = occlusion(lighting, memory_.seen, width_, height_, lighting.radius());
+/// What lies behind what is seen, and the light that corners lose.
+void Canvas::finish_row(int y, std::span<const std::uint8_t> darkness) {
+  constexpr double most = 0.75;  // of the light
   const std::uint32_t empty = is_transparent_ ? 0 : 0xff000000U | packed(background);
-  for (std::size_t i = 0; i < memory_.image.size(); ++i) {
-    const std::uint32_t opacity = memory_.image[i] >> 24;
-    const double lit = dark.empty() ? 1 : 1 - most / 255 * dark[i];
+  const auto width = static_cast<std::size_t>(width_);
+  const std::span<std::uint32_t> row =
+      std::span(memory_.image).subspan(static_cast<std::size_t>(y) * width, width);
+  for (std::size_t x = 0; x < width; ++x) {
+    const std::uint32_t opacity = row[x] >> 24;
+    const double lit = darkness.empty() ? 1 : 1 - most / 255 * darkness[x];
     if (opacity == 0) {
-      memory_.image[i] = empty;
+      row[x] = empty;
     } else if (opacity < 255 || lit < 1) {
-      Colour colour = unpacked(memory_.image[i]);
+      Colour colour = unpacked(row[x]);
       const double behind = is_transparent_ ? 0 : (255 - opacity) / 255.0;
       for (std::size_t k = 0; k < 3; ++k) colour[k] = lit * colour[k] + behind * background[k];
-      memory_.image[i] = (is_transparent_ ? opacity << 24 : 0xff000000U) | packed(colour);
+      row[x] = (is_transparent_ ? opacity << 24 : 0xff000000U) | packed(colour);
     }
   }
+}
+
+std::string Canvas::file(const Lighting&, const Overlay& overlay) {
+  occlusion_.reset();
   if (!overlay.is_empty()) cairo_module().draw_overlay(memory_.image.data(), width_, height_, overlay);
   return png_file(memory_.image, width_, height_, is_transparent_);
 }

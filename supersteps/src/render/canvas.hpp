@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "render/camera.hpp"
 #include "render/ink.hpp"
 #include "render/lighting.hpp"
+#include "render/occlusion.hpp"
 #include "render/overlay.hpp"
 #include "render/polygons.hpp"
 
@@ -45,7 +47,7 @@ struct CanvasMemory {
   std::vector<double> low, high;       ///< likewise, by row
   std::vector<std::uint8_t> on_edge;   ///< by sample
   std::vector<std::uint32_t> image;    ///< 0xaarrggbb, colours multiplied by the opacity
-  std::vector<Seen> seen;              ///< by pixel
+  std::vector<Seen> seen;              ///< of Occlusion
 };
 
 /// An image that polygons are filled into.
@@ -76,7 +78,7 @@ class Canvas {
   [[nodiscard]] Layer take();
   /// Puts a layer of this strip over what has been drawn.
   void put(const Layer& layer);
-  /// Puts the strip into the image, lit.
+  /// Puts the strip into the image, lit. The lighting is that of all strips.
   void end_strip(const Lighting& lighting);
   /// The image as the bytes of a PNG file. Call once, after all strips.
   [[nodiscard]] std::string file(const Lighting& lighting, const Overlay& overlay);
@@ -95,6 +97,8 @@ class Canvas {
   double line_width_;
   CanvasMemory own_, &memory_;  // what is used: that of who asks for pictures, if there is one
   std::array<int, 4> drawn_{};  // x and y, first and end, of what has been drawn
+  std::optional<Occlusion> occlusion_;
+  std::span<Seen> seen_row_;  // of it; empty: corners are as bright as all else
 
   [[nodiscard]] int columns() const { return samples * width_; }
   [[nodiscard]] int rows() const { return samples * (strip_height_ + 2 * halo_); }
@@ -108,8 +112,9 @@ class Canvas {
   void mark_edge(int x, int y);
   void light_pixel(int x, int y, const Lighting& lighting);
   /// @param is_there it is what is seen in the pixel.
-  Colour light(const SeenFacet& facet, std::size_t pixel, const Point2& middle, const Lighting& lighting,
+  Colour light(const SeenFacet& facet, std::size_t column, const Point2& middle, const Lighting& lighting,
                bool is_there);
+  void finish_row(int y, std::span<const std::uint8_t> darkness);
   static double draw_line(Colour& sum, int covered, int on_edges);
   [[nodiscard]] std::size_t index_of_sample(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns()) + static_cast<std::size_t>(x);

@@ -17,14 +17,6 @@ namespace bsp2::supersteps {
 /// @param normal of unit length, in the picture's axes.
 double brightness(const Vector& normal);
 
-/// What is seen in a pixel.
-struct Seen {
-  static constexpr float nothing = -std::numeric_limits<float>::infinity();
-  float depth = nothing;                 ///< from the eye, or from a plane through the origin
-  std::array<std::int16_t, 2> normal{};  ///< x and y in the picture's axes; 32767 is 1
-  [[nodiscard]] bool is_there() const { return depth != nothing; }
-};
-
 /// Knows where facets are, how they bend, and how bright that makes them. Any number of threads may ask.
 class Lighting {
  public:
@@ -54,13 +46,5 @@ class Lighting {
   std::vector<RoundFaces::Placement> placements_;  // likewise
   double radius_, skin_;
 };
-
-/// How much light the surroundings keep away from each pixel, 0 to 255: corners and gaps are darker.
-///
-/// Ambient occlusion by what is seen within `radius`; a length of the model, so it is the same from wherever
-/// one looks. Source: McGuire, Osman, Bukowski, Hennessy, "The alchemy screen-space ambient obscurance
-/// algorithm" (2011).
-std::vector<std::uint8_t> occlusion(const Lighting& lighting, std::span<const Seen> seen, int width,
-                                    int height, double radius);
 
 }  // namespace bsp2::supersteps
