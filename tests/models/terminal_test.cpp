@@ -135,6 +135,30 @@ TEST_F(Terminal, NarrowedAndStoppedLeavesNoLines) {
   for (std::size_t i = narrowed_at + 1; i < lines.size(); ++i) EXPECT_LT(lines[i].size(), 30u) << lines[i];
 }
 
+/// An animation that is stopped leaves no file, and tells scripts that it is to be made again.
+TEST_F(Terminal, AnAnimationThatIsStoppedIsNotWritten) {
+  const std::string model = (folder_.path() / "model.csg").string(),
+                    snapshot = (folder_.path() / "run.h5").string(),
+                    film = (folder_.path() / "turn.apng").string();
+  std::ofstream(model) << "difference() { cube(2); sphere(r = 1.5, $fn = 40); }";
+  const auto ignored = [](pid_t, int, const std::string&) {};
+  ASSERT_EQ(on_terminal({"bsp2", "run", model, "--snapshot", snapshot}, 80, ignored).status, 0);
+  bool is_typed = false;
+  const Screen screen = on_terminal(
+      {"bsp2", "render", snapshot, "-o", film, "--turntable", "5000", "--size", "500x500", "--threads", "1"},
+      80, [&](pid_t, int terminal, const std::string& text) {
+        if (is_typed || drawings(text).size() < 2) return;
+        is_typed = ::write(terminal, "\x03", 1) == 1;
+      });
+  ASSERT_TRUE(is_typed) << screen.text;
+  constexpr int interrupted = 75;
+  EXPECT_TRUE(WIFEXITED(screen.status) && WEXITSTATUS(screen.status) == interrupted) << screen.text;
+  EXPECT_NE(screen.text.find("bsp2: interrupted"), std::string::npos) << screen.text;
+  EXPECT_NE(screen.text.find("turn.apng' is not written"), std::string::npos) << screen.text;
+  EXPECT_FALSE(fs::exists(film));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator{}), 2);
+}
+
 /// Ctrl-C is typed: the terminal shows ^C behind the bar, and what is said takes the place of both.
 TEST_F(Terminal, IsCleanAfterCtrlC) {
   bool is_typed = false;

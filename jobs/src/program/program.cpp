@@ -165,7 +165,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   if (command.queue) command.options.resume = joined.emplace(command, ranks).path();
   const SignalWatch watch(ranks.is_master() ? farewell_of(command) : "", ranks.count() == 1);
   command.options.interrupted = SignalWatch::interrupted;
-  const bool speaks = ranks.is_master() && !command.quiet;
+  const bool speaks = ranks.is_master() && (!command.quiet || command.film);  // which takes a while
   ProgressBar bar(speaks ? stderr : nullptr);
   const FollowedSupersteps followed(ranks, bar);
   command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
