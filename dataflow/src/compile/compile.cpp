@@ -377,17 +377,19 @@ class Compiler {
     }
     std::vector<std::size_t> meshes;  // the producers that are meshes
     std::vector<OrientedHyperplane> codes = table.merge(options_.coincidence, options_.threads);
+    const auto planes_of = [&](std::size_t i) {
+      return std::span(codes).subspan(first_occurrence[i], shapes_[shape_of_[i]].covector_count);
+    };
     const auto facets_of = [&]<int E = D>(std::size_t i) requires(E == 3) {
       const Shape<3>& shape = shapes_[shape_of_[i]];
-      return MergedFacets{*shape.mesh, placement(i).matrix(), map_of[i], shape.first_covector,
-                          std::span(codes).subspan(first_occurrence[i], shape.covector_count)};
+      return MergedFacets{*shape.mesh, placement(i).matrix(), map_of[i], shape.first_covector, planes_of(i)};
     };
-    if constexpr (D == 3) keep_corners(network, facets_of);
+    if constexpr (D == 3) keep_corners(network, facets_of, planes_of);
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
       Producer<D>& producer = network.producers[i];
       if (producer.is_empty()) continue;
       const Shape<D>& shape = shapes_[shape_of_[i]];
-      const std::span own(codes.data() + first_occurrence[i], shape.covector_count);
+      const auto own = planes_of(i);
       if (shape.is_round()) {
         const std::uint32_t ids = network.table.free_ids() / rounds--;
         if (shape.is_spline()) {
@@ -437,10 +439,10 @@ class Compiler {
     return options_.coincidence * network.table.width();
   }
 
-  /// Takes merging back where corners of meshes would move. @param facets_of those of a producer that is a
-  /// mesh.
-  template <typename FacetsOf>
-  void keep_corners(Network<3>& network, const FacetsOf& facets_of) const {
+  /// Takes merging back where corners of meshes would move, or few facets have been. @param facets_of those
+  /// of a producer that is a mesh. @param planes_of the hyperplanes of any producer.
+  template <typename FacetsOf, typename PlanesOf>
+  void keep_corners(Network<3>& network, const FacetsOf& facets_of, const PlanesOf& planes_of) const {
     if (!(options_.coincidence > 0)) return;
     std::vector<std::size_t> meshes;
     for (std::size_t i = 0; i < network.producers.size(); ++i)
@@ -448,14 +450,40 @@ class Compiler {
           mesh && !mesh->convex && !network.producers[i].is_empty())
         meshes.push_back(i);
     const double tolerance = tolerance_in(network);
-    std::vector<char> stays(meshes.size());
+    const auto corners_of = [&](std::size_t i) {
+      return FacetCorners(network.table, facets_of(i), tolerance);
+    };
+    std::vector<char> moves(meshes.size()), is_tilted(meshes.size());
     geometry::for_each_range(meshes.size(), 16, options_.threads, [&](std::size_t first, std::size_t end) {
-      for (std::size_t k = first; k < end; ++k)
-        stays[k] = FacetCorners(network.table, facets_of(meshes[k]), tolerance).stay() ? 1 : 0;
+      for (std::size_t k = first; k < end; ++k) {
+        const FacetCorners corners = corners_of(meshes[k]);
+        moves[k] = corners.stay() ? 0 : 1;
+        is_tilted[k] = corners.tilted() > 0 ? 1 : 0;
+      }
     });
     HyperplaneTable<3>::Unmerging unmerging(network.table);
     for (std::size_t k = 0; k < meshes.size(); ++k)
-      if (stays[k] == 0) FacetCorners(network.table, facets_of(meshes[k]), tolerance).keep(unmerging);
+      if (moves[k] != 0) corners_of(meshes[k]).keep(unmerging);
+    if (std::ranges::find(is_tilted, 1) == is_tilted.end()) return;
+    const std::vector<bool> shared = shared_planes(network, planes_of);
+    for (std::size_t k = 0; k < meshes.size(); ++k)
+      if (is_tilted[k] != 0) corners_of(meshes[k]).part_few(shared, unmerging);
+  }
+
+  /// The hyperplanes that more than one producer has, by id.
+  template <typename PlanesOf>
+  static std::vector<bool> shared_planes(const Network<3>& network, const PlanesOf& planes_of) {
+    const auto& producers = network.producers;
+    std::vector<std::size_t> owner(network.table.size(), producers.size());
+    std::vector<bool> shared(network.table.size());
+    for (std::size_t i = 0; i < producers.size(); ++i) {
+      if (producers[i].is_empty()) continue;
+      for (const OrientedHyperplane plane : planes_of(i)) {
+        if (owner[plane.id()] != producers.size() && owner[plane.id()] != i) shared[plane.id()] = true;
+        owner[plane.id()] = i;
+      }
+    }
+    return shared;
   }
 
   /// @param producers that are meshes. @param facets_of those of a producer.

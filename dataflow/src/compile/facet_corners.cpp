@@ -19,6 +19,8 @@ constexpr double most_tolerances = 4;
 constexpr double rounding = 0x1p-17;
 /// At a corner of more hyperplanes all threes of them are too many to be looked at: it counts as moved.
 constexpr std::size_t most_at_a_corner = 12;
+/// Of so many facets one may be in another one's plane by chance. Where flat faces are rounded far more are.
+constexpr std::size_t facets_a_chance = 64;
 
 }  // namespace
 
@@ -42,6 +44,16 @@ FacetCorners::FacetCorners(const geometry::HyperplaneTable<3>& table, const Merg
 bool FacetCorners::is_own(std::size_t facet) const {
   const auto* const source = table_.source(facets_.planes[facet].id());
   return source->map == facets_.map && source->covector == facets_.first_covector + facet;
+}
+
+/// Whether another facet of the mesh represents one, and misses corners of it.
+bool FacetCorners::is_tilted(std::size_t facet) const {
+  const auto* const source = table_.source(facets_.planes[facet].id());
+  if (source->map != facets_.map || source->covector == facets_.first_covector + facet) return false;
+  const auto& plane = table_.covector(source->covector);
+  return std::ranges::any_of(facets_.shape.triangles[facet], [&](std::uint32_t corner) {
+    return side(plane, facets_.shape.points[corner]) != 0;
+  });
 }
 
 std::span<const std::uint32_t> FacetCorners::facets_at(std::uint32_t corner) const {
@@ -156,6 +168,23 @@ void FacetCorners::keep(geometry::HyperplaneTable<3>::Unmerging& unmerge) {
     for (const Miss& miss : misses)
       if (miss.distance != 0)
         set_apart(std::ranges::equal_range(represented, miss.id, {}, &Represented::by), unmerge, corners);
+  }
+}
+
+std::size_t FacetCorners::tilted() const {
+  std::size_t count = 0;
+  for (std::size_t facet = 0; facet < facets_.planes.size() && !offset_.empty(); ++facet)
+    count += is_tilted(facet) ? 1 : 0;
+  return count;
+}
+
+void FacetCorners::part_few(const std::vector<bool>& shared,
+                            geometry::HyperplaneTable<3>::Unmerging& unmerge) {
+  if (tilted() > facets_.planes.size() / facets_a_chance) return;
+  for (std::uint32_t facet = 0; facet < facets_.planes.size(); ++facet) {
+    auto& plane = facets_.planes[facet];
+    if (is_tilted(facet) && !shared[plane.id()])
+      plane = unmerge({facets_.map, facets_.first_covector + facet});
   }
 }
 

@@ -25,6 +25,10 @@ struct MergedFacets {
 /// meet at a small angle, as the facets of one flat face do whose corners are rounded by about the tolerance,
 /// that makes far more of where they meet: a needle would stand out of the face there. The facets that such a
 /// hyperplane represents get ones of their own again.
+///
+/// So do those of a mesh in which merging has found few such facets: there it is chance that two are nearly
+/// in one plane, which simplifies nothing, and a mesh all of whose facets pass through their corners is
+/// exact.
 class FacetCorners {
  public:
   /// @param tolerance of merging, a length.
@@ -34,6 +38,11 @@ class FacetCorners {
   [[nodiscard]] bool stay() const;
   /// Takes merging back until none does.
   void keep(geometry::HyperplaneTable<3>::Unmerging& unmerge);
+  /// The facets that others of the mesh represent though they are not quite in one plane: how many.
+  [[nodiscard]] std::size_t tilted() const;
+  /// Takes merging back for these, if they are few in the mesh.
+  /// @param shared the ids of hyperplanes that have facets of other solids, too, which keep what they have.
+  void part_few(const std::vector<bool>& shared, geometry::HyperplaneTable<3>::Unmerging& unmerge);
   /// The hyperplanes that miss corners of facets they represent by more than rounding, by id, and how far.
   [[nodiscard]] std::vector<Mesh::Moved> moved() const;
 
@@ -56,6 +65,7 @@ class FacetCorners {
   std::vector<std::uint32_t> offset_, around_;  // the facets at each corner; none if all represent themselves
 
   [[nodiscard]] bool is_own(std::size_t facet) const;
+  [[nodiscard]] bool is_tilted(std::size_t facet) const;
   [[nodiscard]] std::span<const std::uint32_t> facets_at(std::uint32_t corner) const;
   [[nodiscard]] std::array<double, 3> place(std::uint32_t corner) const;
   void find_misses(std::uint32_t corner, std::vector<Miss>& misses) const;

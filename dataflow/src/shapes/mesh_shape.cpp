@@ -15,7 +15,9 @@ constexpr std::size_t most_convex_triangles = 2000;
 /// faster. Equal at about 5,000.
 constexpr std::size_t most_half_spaces = 10000;
 
-/// Side of an integer point: sign of n . (p 2^-53) + d, exactly.
+}  // namespace
+
+/// The sign of n . (p 2^-53) + d.
 int side(const geometry::Covector<3>& plane, const std::array<std::int64_t, 3>& point) {
   long double value = plane.rounded[3] * 0x1p53L, magnitude = std::fabs(value);
   for (int i = 0; i < 3; ++i) {
@@ -30,8 +32,6 @@ int side(const geometry::Covector<3>& plane, const std::array<std::int64_t, 3>& 
   for (int i = 0; i < 3; ++i) exact += Wide(plane.exact[i]) * point[i];
   return exact.sign();
 }
-
-}  // namespace
 
 MeshShape::MeshShape(const model::TriangleMesh& mesh) {
   choose_frame(mesh);
@@ -167,13 +167,7 @@ bool is_on(const geometry::HyperplaneTable<3>& table, const Mesh& mesh, geometry
            std::uint32_t point) {
   const auto* source = table.source(id);
   const auto& place = mesh.frame_points[point];
-  if (source->map == mesh.first.map) {
-    using Wide = geometry::FixedInteger<320>;
-    const auto& covector = table.covector(source->covector);
-    Wide sum = Wide(covector.exact[3]) << 53;
-    for (std::size_t i = 0; i < 3; ++i) sum += Wide(covector.exact[i]) * place[i];
-    return sum.is_zero();
-  }
+  if (source->map == mesh.first.map) return side(table.covector(source->covector), place) == 0;
   using Wide = geometry::ExactInteger<3>;
   const auto covector = table.exact(id);
   const auto image = mesh.map.image(place);

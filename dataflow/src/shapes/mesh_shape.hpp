@@ -31,6 +31,9 @@ struct MeshShape {
   [[nodiscard]] bool is_convex() const;
 };
 
+/// On which side of a plane of the normalized frame a point there lies, exactly. @param point times 2^53.
+[[nodiscard]] int side(const geometry::Covector<3>& plane, const std::array<std::int64_t, 3>& point);
+
 /// The mesh as a producer of the model. @param planes the merged hyperplane of each triangle.
 Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent,
                 std::span<const geometry::OrientedHyperplane> planes);
