@@ -1,0 +1,84 @@
+// Points that are added.
+
+#include <algorithm>
+
+#include "simplices/shape.hpp"
+#include "tetrahedra/editor.hpp"
+
+namespace bsp2::meshing {
+
+void Editor::replace_with_middle(const Ring& ring, std::uint32_t u, std::uint32_t v, std::uint32_t m) {
+  for (const std::uint32_t t : ring.tetrahedra) {
+    const Tetrahedron tet = tetrahedra_[t];
+    const auto iu = static_cast<std::size_t>(tet.place_of(u)), iv = static_cast<std::size_t>(tet.place_of(v));
+    remove(t);
+    std::array<std::uint32_t, 4> at_u = tet.point, at_v = tet.point;
+    std::array<std::int32_t, 4> side_u = tet.side, side_v = tet.side;
+    at_u[iv] = m;
+    side_u[iu] = inner;
+    at_v[iu] = m;
+    side_v[iv] = inner;
+    add(at_u, side_u, tet.part);
+    add(at_v, side_v, tet.part);
+  }
+}
+
+std::uint32_t Editor::split(std::uint32_t u, std::uint32_t v, double least) {
+  const Ring ring = ring_of(u, v);
+  if (ring.tetrahedra.empty()) return none;
+  Point middle;
+  for (std::size_t k = 0; k < 3; ++k) middle[k] = points_[u][k] + (points_[v][k] - points_[u][k]) / 2;
+  const std::uint32_t m = add_point(middle, ring.is_inside() ? inside : ring.is_flat() ? on_side : on_edge);
+  for (const std::uint32_t t : ring.tetrahedra)
+    for (const std::uint32_t end : {u, v}) {
+      std::array<std::uint32_t, 4> p = tetrahedra_[t].point;
+      p[static_cast<std::size_t>(tetrahedra_[t].place_of(end))] = m;
+      const double now = shape(p);
+      if (now <= 0 || now < std::min(least, tetrahedra_[t].shape / 2)) {
+        drop_last_point();
+        return none;
+      }
+    }
+  replace_with_middle(ring, u, v, m);
+  return m;
+}
+
+bool Editor::split_better(std::uint32_t u, std::uint32_t v) {
+  const Ring ring = ring_of(u, v);
+  if (ring.tetrahedra.empty() || !ring.is_inside()) return false;
+  double before = 1;
+  Point centre{};
+  for (const std::uint32_t t : ring.tetrahedra) {
+    before = std::min(before, tetrahedra_[t].shape);
+    for (const std::uint32_t p : tetrahedra_[t].point)
+      for (std::size_t k = 0; k < 3; ++k)
+        centre[k] += points_[p][k] / static_cast<double>(4 * ring.tetrahedra.size());
+  }
+  const std::uint32_t m = add_point(centre, inside);
+  double best = before;
+  Point best_place{};
+  for (const double share : {0.0, 0.5, 1.0}) {
+    for (std::size_t k = 0; k < 3; ++k)
+      points_[m][k] = centre[k] + share * ((points_[u][k] + points_[v][k]) / 2 - centre[k]);
+    double worst = 1;
+    for (const std::uint32_t t : ring.tetrahedra)
+      for (const std::uint32_t end : {u, v}) {
+        std::array<std::uint32_t, 4> p = tetrahedra_[t].point;
+        p[static_cast<std::size_t>(tetrahedra_[t].place_of(end))] = m;
+        worst = worst > best ? std::min(worst, shape(p)) : worst;
+      }
+    if (worst > best) {
+      best = worst;
+      best_place = points_[m];
+    }
+  }
+  if (best <= before || best <= 0) {
+    drop_last_point();
+    return false;
+  }
+  points_[m] = best_place;
+  replace_with_middle(ring, u, v, m);
+  return true;
+}
+
+}  // namespace bsp2::meshing
