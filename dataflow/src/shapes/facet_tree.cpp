@@ -16,7 +16,7 @@ FacetTree::FacetTree(const std::vector<Box>& boxes) {
   });
   leaves_.reserve(boxes.size());
   for (const std::uint32_t i : order_) leaves_.push_back(boxes[i]);
-  nodes_.resize(2 * std::bit_ceil(boxes.size()));
+  nodes_.resize(2 * std::bit_ceil((boxes.size() + most_in_leaf - 1) / most_in_leaf));
   build({0, 0, static_cast<std::uint32_t>(order_.size())});
 }
 

@@ -3,31 +3,33 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "bsp2/geometry/support/parallel.hpp"
 
 namespace bsp2::dataflow {
 
-using geometry::PolygonCorner;
-
 namespace {
 
 constexpr std::uint32_t no_mesh = ~0U;
 
-Box<3> bounds_of(std::span<const PolygonCorner> polygon) {
-  Box<3> box = Box<3>::empty();
-  for (const PolygonCorner& corner : polygon)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      box.lower[axis] = std::min(box.lower[axis], corner.point.x[axis] - corner.point.error);
-      box.upper[axis] = std::max(box.upper[axis], corner.point.x[axis] + corner.point.error);
-    }
-  return box;
+void unite_with(const geometry::Vertex<3>& vertex, Box<3>& box) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = std::min(box.lower[axis], vertex.x[axis] - vertex.error);
+    box.upper[axis] = std::max(box.upper[axis], vertex.x[axis] + vertex.error);
+  }
 }
 
 Box<3> bounds_of(const PolytopeFacets& polytope) {
   Box<3> box = Box<3>::empty();
-  for (std::size_t i = 0; i < polytope.size(); ++i) box.unite(bounds_of(polytope.polygon(i)));
+  for (const auto& vertex : polytope.vertices()) unite_with(vertex, box);
+  return box;
+}
+
+Box<3> bounds_of(const PolytopeFacets& polytope, std::size_t facet) {
+  Box<3> box = Box<3>::empty();
+  for (const auto& corner : polytope.polygon(facet)) unite_with(polytope.vertices()[corner.vertex], box);
   return box;
 }
 
@@ -50,33 +52,45 @@ OperandFacets::OperandFacets(Network<3>& network, unsigned threads, const std::a
   const std::size_t count = network.producers.size(), grain = count / (4 * std::max(1U, threads)) + 1,
                     chunks = (count + grain - 1) / grain;
   chunks_.resize(chunks);
-  std::vector<std::vector<Facet>> facets(chunks);
-  std::vector<std::uint32_t> sizes(count), mesh_of(count, no_mesh);
+  std::vector<std::vector<Facet>> facets(chunks);  // of convex producers
+  std::vector<std::uint32_t> mesh_of(count, no_mesh);
   for (std::uint32_t mesh = 0; mesh < meshes_.size(); ++mesh) mesh_of[meshes_[mesh].producer] = mesh;
   bounds_.assign(count, Box<3>::empty());
+  first_.assign(count + 1, 0);
   geometry::for_each_range(count, grain, threads, [&](std::size_t first, std::size_t end) {
     const std::size_t chunk = first / grain;
     PolytopeFacets polytope(network);
     for (std::size_t producer = first; producer < end && !stop; ++producer) {
+      std::uint32_t& size = first_[producer + 1];
       const std::size_t before = facets[chunk].size();
       if (mesh_of[producer] != no_mesh) {
         bounds_[producer] = network.producers[producer];
-        add(mesh_of[producer], facets[chunk]);
+        size = meshes_[mesh_of[producer]].surface->size();
       } else if (polytope.load(network.producers[producer])) {
         bounds_[producer] = bounds_of(polytope);
         add(polytope, network.table, static_cast<std::uint32_t>(chunk), facets[chunk]);
+        size = static_cast<std::uint32_t>(facets[chunk].size() - before);
       }
-      sizes[producer] = static_cast<std::uint32_t>(facets[chunk].size() - before);
     }
   });
-  first_.reserve(count + 1);
-  first_.push_back(0);
-  for (const std::uint32_t size : sizes) first_.push_back(first_.back() + size);
-  facets_.reserve(first_.back());
-  for (auto& some : facets) {
-    facets_.insert(facets_.end(), some.begin(), some.end());
+  if (stop) return;
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  facets_.resize(first_.back());
+  geometry::for_each_range(count, grain, threads, [&](std::size_t first, std::size_t end) {
+    auto& some = facets[first / grain];
+    auto from = some.begin();
+    for (std::size_t producer = first; producer < end; ++producer) {
+      const auto to = facets_.begin() + first_[producer];
+      if (mesh_of[producer] != no_mesh) {
+        put(mesh_of[producer], to);
+      } else {
+        const auto next = from + (first_[producer + 1] - first_[producer]);
+        std::copy(from, next, to);
+        from = next;
+      }
+    }
     some = {};
-  }
+  });
   const double margin = 0x1p-40 * network.table.radius();  // more than corners are rounded by
   for (std::size_t producer = 0; producer < count; ++producer)
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -116,30 +130,31 @@ void OperandFacets::set_bounds(const Box<3>& box, Facet& facet) const {
 
 void OperandFacets::add(const PolytopeFacets& polytope, const geometry::HyperplaneTable<3>& table,
                         std::uint32_t chunk, std::vector<Facet>& facets) {
+  auto& [vertices, corners] = chunks_[chunk];
+  const auto first_vertex = static_cast<std::uint32_t>(vertices.size());
+  vertices.append(polytope.vertices());
   for (std::size_t i = 0; i < polytope.size(); ++i) {
     const auto outward = polytope.outward(i);
     if (outward.id() >= table.size()) continue;  // the end of space
     const auto polygon = polytope.polygon(i);
     Facet facet{outward,
                 chunk,
-                static_cast<std::uint32_t>(chunks_[chunk].size()),
+                static_cast<std::uint32_t>(corners.size()),
                 static_cast<std::uint16_t>(polygon.size()),
                 Kind::of_polytope,
                 {},
                 {}};
-    set_bounds(bounds_of(polygon), facet);
-    chunks_[chunk].append(polygon);
+    set_bounds(bounds_of(polytope, i), facet);
+    for (const auto& [vertex, across] : polygon) corners.push({first_vertex + vertex, across});
     facets.push_back(facet);
   }
 }
 
-void OperandFacets::add(std::uint32_t mesh, std::vector<Facet>& facets) const {
+void OperandFacets::put(std::uint32_t mesh, std::vector<Facet>::iterator to) const {
   const MeshSurface& surface = *meshes_[mesh].surface;
-  facets.reserve(facets.size() + surface.size());
-  for (std::uint32_t number = 0; number < surface.size(); ++number) {
-    Facet facet{surface.outward(number), mesh, number, 0, Kind::of_mesh, {}, {}};
-    set_bounds(surface.bounds_of(number), facet);
-    facets.push_back(facet);
+  for (std::uint32_t number = 0; number < surface.size(); ++number, ++to) {
+    *to = {surface.outward(number), mesh, number, 0, Kind::of_mesh, {}, {}};
+    set_bounds(surface.bounds_of(number), *to);
   }
 }
 

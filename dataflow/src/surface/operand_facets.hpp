@@ -47,7 +47,10 @@ class OperandFacets {
   void polygon(std::uint32_t facet, geometry::Buffer<geometry::PolygonCorner>& polygon) const {
     const Facet& f = facets_[facet];
     if (f.kind == Kind::of_mesh) return meshes_[f.chunk].surface->polygon(f.begin, polygon);
-    polygon.assign({chunks_[f.chunk].data() + f.begin, f.count});
+    const Chunk& chunk = chunks_[f.chunk];
+    polygon.clear();
+    for (std::uint32_t i = f.begin; i < f.begin + f.count; ++i)
+      polygon.push({chunk.vertices[chunk.corners[i].vertex], chunk.corners[i].across});
   }
   /// Bounds that hold the facet for certain.
   [[nodiscard]] double low(std::uint32_t facet, int axis) const {
@@ -80,13 +83,18 @@ class OperandFacets {
   };
   std::vector<PlacedMesh> meshes_;
   std::vector<Box<3>> bounds_;  // of each producer
-  std::vector<geometry::Buffer<geometry::PolygonCorner>> chunks_;
+  /// Several facets share a vertex.
+  struct Chunk {
+    geometry::Buffer<geometry::Vertex<3>> vertices;
+    geometry::Buffer<PolytopeFacets::Corner> corners;
+  };
+  std::vector<Chunk> chunks_;
 
   void look_at_meshes(Network<3>& network, unsigned threads, const std::atomic<bool>& stop);
   void set_bounds(const Box<3>& box, Facet& facet) const;
   void add(const PolytopeFacets& polytope, const geometry::HyperplaneTable<3>& table, std::uint32_t chunk,
            std::vector<Facet>& facets);
-  void add(std::uint32_t mesh, std::vector<Facet>& facets) const;
+  void put(std::uint32_t mesh, std::vector<Facet>::iterator to) const;
 };
 
 }  // namespace bsp2::dataflow

@@ -1,14 +1,12 @@
 #include "surface/polytope_facets.hpp"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 namespace bsp2::dataflow {
 
 using geometry::HyperplaneId;
 using geometry::OrientedHyperplane;
-using geometry::PolygonCorner;
 using Table = geometry::HyperplaneTable<3>;
 
 namespace {
@@ -50,7 +48,10 @@ bool PolytopeFacets::cut() {
     if (where == geometry::Position::positive) return false;
     if (where == geometry::Position::crossing && left_.size() > 0) centre = clipper_.centre();
   }
-  polygons_.load(kernel_, clipper_.cell());
+  const geometry::Cell<3> cell = clipper_.cell();
+  polygons_.load(kernel_, cell);
+  const auto vertices = cell.vertices();
+  vertices_.assign(vertices.begin(), vertices.end());
   for (std::size_t facet = 0; facet < polygons_.size(); ++facet) {
     outward_.push_back(polygons_.outward(facet));
     corners_.append(polygons_.polygon(facet));
@@ -71,7 +72,7 @@ bool PolytopeFacets::place(const Shape& shape) {
   }
   for (const std::uint32_t plane : shape.planes) outward_.push_back(planes_[plane]);
   ends_ = shape.ends;
-  for (const auto& [vertex, across] : shape.corners) corners_.push({vertices_[vertex], planes_[across].id()});
+  for (const auto& [vertex, across] : shape.corners) corners_.push({vertex, planes_[across].id()});
   return true;
 }
 
@@ -132,14 +133,11 @@ void PolytopeFacets::describe(Shape& shape) const {
     if (!number.contains(plane.id())) return;
     known.planes.push_back(number[plane.id()]);
   }
-  std::map<std::array<HyperplaneId, 3>, std::uint32_t> vertices;
-  for (const PolygonCorner& corner : corners_) {
-    const auto& [a, b, c] = corner.point.hyperplanes;
-    const auto [at, is_new] =
-        vertices.try_emplace(corner.point.hyperplanes, static_cast<std::uint32_t>(vertices.size()));
-    if (is_new) known.vertices.push_back({number.at(a), number.at(b), number.at(c)});
-    known.corners.push_back({at->second, number.at(corner.across)});
+  for (const auto& vertex : vertices_) {
+    const auto& [a, b, c] = vertex.hyperplanes;
+    known.vertices.push_back({number.at(a), number.at(b), number.at(c)});
   }
+  for (const auto& [vertex, across] : corners_) known.corners.push_back({vertex, number.at(across)});
   shape = std::move(known);
 }
 

@@ -26,17 +26,19 @@ class PolytopeFacets {
   [[nodiscard]] std::size_t size() const { return outward_.size(); }
   /// The hyperplane of a facet, the producer on its negative side.
   [[nodiscard]] geometry::OrientedHyperplane outward(std::size_t facet) const { return outward_[facet]; }
+  using Corner = geometry::CellPolygons::Corner;
   /// Counter-clockwise seen from outside.
-  [[nodiscard]] std::span<const geometry::PolygonCorner> polygon(std::size_t facet) const {
+  [[nodiscard]] std::span<const Corner> polygon(std::size_t facet) const {
     const std::uint32_t begin = facet == 0 ? 0 : ends_[facet - 1];
     return {corners_.data() + begin, ends_[facet] - begin};
   }
+  [[nodiscard]] std::span<const geometry::Vertex<3>> vertices() const { return vertices_; }
 
  private:
   /// Planes are numbered in the order of their covectors.
   struct Shape {
     struct Corner {
-      std::uint32_t vertex, across;
+      std::uint32_t vertex, across;  ///< numbers of a vertex, and of a plane
     };
     std::vector<std::uint32_t> covectors;  ///< of all its planes
     std::vector<std::array<std::uint32_t, 3>> vertices;
@@ -54,12 +56,12 @@ class PolytopeFacets {
   geometry::CellPolygons polygons_;
   std::unordered_map<std::uint64_t, Shape> shapes_;
   std::vector<std::uint32_t> covectors_;
-  std::vector<geometry::Vertex<3>> vertices_;
   // Of the producer at hand.
+  std::vector<geometry::Vertex<3>> vertices_;
   std::vector<geometry::OrientedHyperplane> planes_;
   std::vector<geometry::OrientedHyperplane> outward_;
   std::vector<std::uint32_t> ends_;
-  geometry::Buffer<geometry::PolygonCorner> corners_;
+  geometry::Buffer<Corner> corners_;
 
   [[nodiscard]] bool cut();
   [[nodiscard]] bool place(const Shape& shape);

@@ -110,12 +110,12 @@ void CellPolygons::load(PolygonSplitter& kernel, const Cell<3>& cell) {
     const OrientedHyperplane outward = cell.facet_hyperplane(facet);
     find_loop(cell, facet);
     const std::size_t n = loop_.size() / 2;
-    const auto vertex = [&](std::size_t i) { return vertices[loop_[2 * i]]; };
+    const auto vertex = [&](std::size_t i) { return std::uint32_t{loop_[2 * i]}; };
     const auto across = [&](std::size_t i) {
       const auto [a, b] = facets_of_edge_[loop_[2 * i + 1]];
       return cell.facet_hyperplane(a == facet ? b : a).id();
     };
-    if (kernel.turn(outward, vertex(0), vertex(1), vertex(2)) > 0)
+    if (kernel.turn(outward, vertices[vertex(0)], vertices[vertex(1)], vertices[vertex(2)]) > 0)
       for (std::size_t i = 0; i < n; ++i) corners_.push({vertex(i), across(i)});
     else
       for (std::size_t i = n; i-- > 0;) corners_.push({vertex(i), across(i > 0 ? i - 1 : n - 1)});

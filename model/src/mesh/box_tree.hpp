@@ -55,7 +55,7 @@ class BoxTree {
       for (std::size_t k = 0; k < 3; ++k) middle[k] = boxes_[i].low[k] / 2 + boxes_[i].high[k] / 2;
       return middle;
     });
-    nodes_.resize(2 * std::bit_ceil(boxes_.size()));
+    nodes_.resize(2 * std::bit_ceil((boxes_.size() + most_in_leaf - 1) / most_in_leaf));
     build({0, order_});
   }
 

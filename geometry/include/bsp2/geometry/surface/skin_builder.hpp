@@ -51,8 +51,12 @@ class CellPolygons {
   [[nodiscard]] std::size_t size() const { return ends_.size(); }
   /// The hyperplane of a facet, the cell on its negative side.
   [[nodiscard]] OrientedHyperplane outward(std::size_t facet) const { return outward_[facet]; }
+  struct Corner {
+    std::uint32_t vertex;  ///< of the cell
+    HyperplaneId across;   ///< see PolygonCorner
+  };
   /// Counter-clockwise, seen from outside of the cell.
-  [[nodiscard]] std::span<const PolygonCorner> polygon(std::size_t facet) const {
+  [[nodiscard]] std::span<const Corner> polygon(std::size_t facet) const {
     const std::uint32_t begin = facet == 0 ? 0 : ends_[facet - 1];
     return {corners_.data() + begin, ends_[facet] - begin};
   }
@@ -60,7 +64,7 @@ class CellPolygons {
  private:
   std::vector<OrientedHyperplane> outward_;
   std::vector<std::uint32_t> ends_;
-  Buffer<PolygonCorner> corners_;
+  Buffer<Corner> corners_;
   std::vector<std::array<std::uint16_t, 2>> facets_of_edge_;
   std::vector<std::array<std::uint16_t, 2>> edges_at_;  // of each vertex, in the facet at hand
   std::vector<std::uint16_t> loop_;  // of the facet at hand: vertex, edge, vertex, edge ...
