@@ -32,8 +32,9 @@ constexpr double share_of_both = 0.7;
 /// have a corner, an edge or a facet in common, they will not come apart.
 constexpr double in_vain = 0.9, harmful = 1.3;
 constexpr unsigned most_in_vain = 4;
-/// More facets in one box are not held against each other: cells are found sooner.
-constexpr std::size_t most_in_a_box = 3000;
+/// More facets in one box are not held against each other, nor those of many operands, which part them into
+/// ever more pieces: cells are found sooner.
+constexpr std::size_t most_in_a_box = 3000, most_with_operands = 200'000;
 /// Nor do two operands end apart that end within this share of the box: their bounds are rounded.
 constexpr double least_gap = 0x1p-12;
 
@@ -505,7 +506,7 @@ void SurfaceTracer::find_pieces(const SurfaceBox& box) {
     return;
   }
   if (has_mesh(box)) return leave_to_cells(box);
-  if (box.facets.size() > most_in_a_box) {
+  if (box.facets.size() > most_in_a_box || box.facets.size() * box.operands.size() > most_with_operands) {
     has_given_up_ = true;
     return;
   }
