@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <numeric>
 #include <random>
@@ -150,6 +151,35 @@ TEST(Resolution, FindsTheSameSurfaceWithoutCells) {
   }
 }
 
+/// Before cells are made, where operands share no hyperplanes.
+TEST(Resolution, TracesTheSameSurfaceBesideCells) {
+  const samples::TemporaryFolder folder;
+  std::string text = "difference() { sphere(r=10,$fn=30);\n";
+  for (int i = 0; i < 12; ++i)
+    text += "multmatrix([[1,0,0.1," + std::to_string(10 * std::cos(i)) + "],[0,1,0.2," +
+            std::to_string(10 * std::sin(i)) + "],[0.3,0,1," + std::to_string(0.7 * i - 3.6) +
+            "],[0,0,0,1]]) { sphere(r=3,$fn=" + std::to_string(10 + i) + "); }\n";
+  std::ofstream(folder.path() / "spheres.csg") << text << "}\n";
+  for (const fs::path& model :
+       {folder.path() / "spheres.csg", example("leaning_tower"), example("polyhedra")}) {
+    SCOPED_TRACE(model);
+    RunOptions options = options_for(model, 8);
+    options.boundary = options.traces_boundary = true;
+    options.contacts = false;
+    const auto result = together(options);
+    if (!result) continue;
+    options.traces_boundary = false;
+    const RunResult glued = run(options);
+    ASSERT_TRUE(result->report.boundary && glued.report.boundary);
+    EXPECT_EQ(result->report.boundary->digest, glued.report.boundary->digest);
+    EXPECT_EQ(result->report.digest, glued.report.digest);
+    if (model.filename() == "spheres.csg") {
+      EXPECT_EQ(result->report.supersteps.at(2).name, "resolution");
+      EXPECT_EQ(glued.report.supersteps.at(2).name, "distribution");
+    }
+  }
+}
+
 /// One rank cannot take many facets that end in one point; the others, which could go on, hear of it.
 TEST(Resolution, FindsCellsWhereOneRankFindsNoSurfaceWithoutThem) {
   const auto at = [](double x, double shear, const std::string& child) {
@@ -169,7 +199,10 @@ TEST(Resolution, FindsCellsWhereOneRankFindsNoSurfaceWithoutThem) {
   if (!result) return;
   EXPECT_TRUE(result->report.has_cells);
   options.surface_only = false;
-  EXPECT_EQ(result->report.boundary->digest, run(options).report.boundary->digest);
+  const RunResult glued = run(options);
+  EXPECT_EQ(result->report.boundary->digest, glued.report.boundary->digest);
+  options.traces_boundary = true;
+  EXPECT_EQ(run(options).report.boundary->digest, glued.report.boundary->digest);
 }
 
 /// A block of n x n x n units with three square tunnels through each.

@@ -470,6 +470,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   command.options.surface_only = options.boundary && !command.mesh && !command.picture &&
                                  !command.shows_steps() && !command.points && !options.snapshot &&
                                  !options.resume && raw.keep.empty() && !has_limits;
+  command.options.traces_boundary = options.boundary;
   command.options.collect_cells = command.mesh || options.boundary || command.picture ||
                                   command.shows_steps() || command.points || command.solver_mesh;
   return command;

@@ -370,11 +370,17 @@ void add_looks(RunResult& result, const dataflow::Network<D>& network,
   result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
 }
 
-/// Glues the cells, if that is asked for; what cannot be glued is told in the report. Collective.
+/// Glues the cells, if that is asked for and the boundary is not known already; what cannot be glued is told
+/// in the report. Collective.
 template <int D>
 void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, CellShare share,
-             const RunOptions& options, RunResult& result) {
+             std::optional<TracedBoundary> traced, const RunOptions& options, RunResult& result) {
   if (!options.collect_cells || (!options.boundary && !options.contacts)) return;
+  if (traced) {
+    result.boundary = std::move(traced->boundary);
+    result.faces = std::move(traced->faces);
+    return describe_boundary(result);
+  }
   const auto failed = attempt(ranks, [&] {
     ranks.agree([&] { ranks.begin("resolution"); });
     auto [contacts, boundary, faces, outlines] =
@@ -409,6 +415,34 @@ std::optional<RunResult> run_without_cells(Ranks& ranks, dataflow::Network<3>& n
   if (options.strict) refuse_late_warnings(ranks, result->report, source, options);
   if (options.on_cells) options.on_cells(*result);
   return result;
+}
+
+/// Whether gluing cells is known to take more than finding the boundary without them. Not where operands
+/// share hyperplanes: there are few cells then for so many facets.
+bool shall_trace(const dataflow::Network<3>& network) {
+  std::size_t of_meshes = 0, others = 0;
+  for (const auto& producer : network.producers) others += producer.plane_count;
+  for (const auto& mesh : network.meshes) of_meshes += mesh.facets.size();
+  const std::size_t hyperplanes = network.table.size();
+  return others < std::max(of_meshes, hyperplanes + hyperplanes / 8);
+}
+
+/// The boundary, where it is found sooner without the cells that are made, too. Collective.
+std::optional<TracedBoundary> boundary_before_cells(Ranks& ranks, dataflow::Network<3>& network,
+                                                    const RunOptions& options, unsigned threads) {
+  const bool is_wanted = options.traces_boundary && options.boundary && options.collect_cells &&
+                         options.keep_in && !options.contacts &&
+                         !options.surface_only;  // which has been tried
+  const bool has_limits =
+      options.resume || options.level || options.cells || options.steps || options.budget_seconds;
+  if (!is_wanted || has_limits || !dataflow::has_plain_facets(network) || !shall_trace(network))
+    return std::nullopt;
+  const auto hyperplanes = static_cast<geometry::HyperplaneId>(network.table.size());
+  std::optional<TracedBoundary> traced;
+  const auto failed = attempt(ranks, [&] { traced = trace_boundary(ranks, network, options, threads); });
+  network.table.take_back(hyperplanes);
+  if (failed && geometry::Interruption::is_wanted()) throw geometry::Interrupted();
+  return failed ? std::nullopt : std::move(traced);
 }
 
 /// Shows what there is after a computation superstep; each rank shows the cells of its own regions. @return
@@ -473,6 +507,9 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if constexpr (D == 3)
     if (auto surface = run_without_cells(ranks, *own, options, source, report)) return std::move(*surface);
 
+  std::optional<TracedBoundary> traced;
+  if constexpr (D == 3) traced = boundary_before_cells(ranks, *own, options, report.threads);
+
   ranks.begin("distribution");
   auto [progress, rank_of_region] =
       options.resume ? load_progress<D>(ranks, network, options)
@@ -528,7 +565,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   }
   CellShare to_glue;
   if (options.collect_cells) {
-    if (options.boundary || options.contacts)
+    if ((options.boundary || options.contacts) && !traced)
       to_glue = share_of(ranks, progress.meshes, rank_of_region.size());
     RegionMeshes meshes = saves_late ? progress.meshes : std::move(progress.meshes);
     result = collected(ranks, network, progress.partition, std::move(meshes), options.collect,
@@ -540,7 +577,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     result.answers = querying<D>(network.table, result, options.points, report.threads);
   result.report = std::move(report);
   if (options.strict) {
-    resolve(ranks, network, progress, std::exchange(to_glue, {}), options, result);
+    resolve(ranks, network, progress, std::exchange(to_glue, {}), std::exchange(traced, {}), options, result);
     refuse_late_warnings(ranks, result.report, source, options);
     if (saves_late)
       snapshot_failure = try_to_save(ranks, network, progress, options, source, result.report.complete,
@@ -554,7 +591,8 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     result.mesh.batches.clear();
     result.tree = geometry::BspTree{.dimension = D};
   }
-  if (!options.strict) resolve(ranks, network, progress, std::move(to_glue), options, result);
+  if (!options.strict)
+    resolve(ranks, network, progress, std::move(to_glue), std::move(traced), options, result);
   return result;
 }
 

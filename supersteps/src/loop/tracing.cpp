@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bsp2/dataflow/surface/surface.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "ranks/exchange.hpp"
 #include "regions/progress_exchange.hpp"
 #include "stages/stages.hpp"
@@ -59,6 +60,29 @@ dataflow::TracedSurface share_of_surface(Ranks& ranks, dataflow::Network<3>& net
 }
 
 }  // namespace
+
+std::optional<TracedBoundary> trace_boundary(Ranks& ranks, dataflow::Network<3>& network,
+                                             const RunOptions& options, unsigned threads) {
+  constexpr double traced_share = 0.6;  // of the time
+  ranks.begin("resolution");
+  RunOptions traced_options = options;
+  traced_options.interrupted = [&] {
+    return geometry::Interruption::is_wanted() || (options.interrupted && options.interrupted());
+  };
+  if (options.on_progress)
+    traced_options.on_progress = [&](double done, std::uint64_t) {
+      options.on_progress(traced_share * done, 0);
+    };
+  auto traced = share_of_surface(ranks, network, traced_options, threads);
+  const bool is_mine_found = !traced.has_given_up && !traced.failure && !traced.interrupted;
+  const auto found = all_gather(ranks, static_cast<std::uint64_t>(is_mine_found));
+  if (std::ranges::find(found, 0U) != found.end()) return std::nullopt;
+  ranks.begin("resolution", 1);
+  TracedBoundary result;
+  find_boundary(ranks, network.table, std::move(traced.skin), options.faces, result.boundary, result.faces,
+                told_share(ranks, options, traced_share, 1));
+  return result;
+}
 
 std::optional<RunResult> tracing(Ranks& ranks, dataflow::Network<3>& network, const RunOptions& options,
                                  const RunReport& before) {

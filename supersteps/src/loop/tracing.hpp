@@ -16,4 +16,16 @@ namespace bsp2::supersteps {
 std::optional<RunResult> tracing(Ranks& ranks, dataflow::Network<3>& network, const RunOptions& options,
                                  const RunReport& report);
 
+/// What has been found of the boundary before cells are made; on the master.
+struct TracedBoundary {
+  std::optional<geometry::TriangleSurface> boundary;
+  std::optional<geometry::Brep> faces;
+};
+
+/// Finds the boundary in the same way where cells are wanted, too. Adds hyperplanes to the network.
+/// Collective.
+/// @return nothing where that cannot be done, or was interrupted. @pre dataflow::has_plain_facets(network).
+std::optional<TracedBoundary> trace_boundary(Ranks& ranks, dataflow::Network<3>& network,
+                                             const RunOptions& options, unsigned threads);
+
 }  // namespace bsp2::supersteps

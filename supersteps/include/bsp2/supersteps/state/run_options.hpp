@@ -67,6 +67,9 @@ struct RunOptions {
   /// Of a solid of dimension 3 nothing is wanted but `boundary` and measures: where its surface can be found
   /// without cells, none are made. Limits and steps are ignored there.
   bool surface_only = false;
+  /// Beside cells, `boundary` is found without them where that is known to take less than gluing them. It is
+  /// the same.
+  bool traces_boundary = false;
   std::optional<std::filesystem::path> snapshot;  ///< written after each computation superstep
   std::optional<std::filesystem::path>
       resume;  ///< goes on from this one; model, regions, coincidence, curved, parts and keep are its own
