@@ -257,6 +257,50 @@ try {
     assert.equal(await run.ended, 0);
   });
 
+  await step('many regions are drawn in blocks, and look as they do by themselves', async () => {
+    const cubes = join(folder, 'cubes.csg');
+    await writeFile(cubes, Array.from({ length: 1000 }, (_, i) => `multmatrix([[1,0,0,${2 * (i % 10)}],[0,1,0,${2 * (Math.floor(i / 10) % 10)}],[0,0,1,${2 * Math.floor(i / 100)}],[0,0,0,1]]) cube(1);`).join('\n'));
+    const many = await view(cubes, '--regions', '200');
+    page = await open(many.link);
+    await finished(page);
+    await page.keyboard.press('c');
+    const regions = await page.evaluate(() => bsp2.stage.regions.size);
+    assert.ok(regions > 64, `${regions} regions`);
+    const calls = () => page.evaluate(() => { bsp2.stage.draw(); return bsp2.stats.calls; });
+    await until(page, (most) => { bsp2.stage.draw(); return bsp2.stats.calls < most; }, regions / 8);
+    const together = await covered(page);
+    await shot(page, 'blocks');
+    const middle = await page.evaluate(() => bsp2.stage.pick(0, 0)?.kind ?? 'nothing');
+    await page.keyboard.press('t'); // nets are drawn by themselves
+    assert.ok(await calls() >= regions);
+    await page.keyboard.press('t');
+    const alone = await page.evaluate(() => {
+      for (const block of bsp2.stage.blocks.blocks.values()) { bsp2.stage.blocks.divide(block); block.since = Infinity; }
+      return bsp2.stage.pick(0, 0)?.kind ?? 'nothing';
+    });
+    const apart = await covered(page);
+    assert.ok(await calls() >= regions / 2, 'each by itself');
+    assert.equal(alone, middle);
+    assert.equal(apart.count, together.count);
+    for (const c of [0, 1, 2]) assert.ok(Math.abs(apart.mean[c] - together.mean[c]) < 1, `${apart.mean}, ${together.mean}`);
+    assert.deepEqual(page.faults, []);
+    await page.context().close();
+    assert.equal(await many.ended, 0);
+  });
+
+  await step('what was undecided is gone where nothing is left', async () => {
+    const half = join(folder, 'half.csg');
+    const balls = Array.from({ length: 512 }, (_, i) => `multmatrix([[1,0,0,${i % 8}],[0,1,0,${Math.floor(i / 8) % 8}],[0,0,1,${Math.floor(i / 64)}],[0,0,0,1]]) sphere(r = 1.2, $fn = 12);`);
+    await writeFile(half, `difference() { cube(size = [16, 8, 8]);\n${balls.join('\n')}\n}\n`);
+    const run = await view(half, '--regions', '200', '--budget', '1ms', '--order', 'priority', '--threads', '1');
+    page = await open(run.link);
+    await finished(page);
+    await page.keyboard.press('c');
+    assert.equal(await page.evaluate(() => [...bsp2.stage.regions.values()].filter((region) => region.fuzzy).length), 0);
+    await page.context().close();
+    assert.equal(await run.ended, 0);
+  });
+
   const large = join(folder, 'large.csg');
   const many = Array.from({ length: 700 }, () => `multmatrix([[0.8,-0.6,0,${random() * 60}],[0.6,0.8,0,${random() * 60}],[0,0,1,${random() * 60}],[0,0,0,1]]) { sphere($fn = 24, r = ${2 + 6 * random()}); }`);
   await writeFile(large, `union() {\n${many.join('\n')}\n}\n`);

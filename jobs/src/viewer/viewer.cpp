@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "bsp2/geometry/support/counted.hpp"
@@ -279,7 +280,7 @@ void Viewer::show(const supersteps::RunResult& now, supersteps::Ranks& ranks) {
     pack(
         picture,
         [&](const std::string& key, std::string bytes) { messages.push_back(key + '\n' + std::move(bytes)); },
-        static_cast<unsigned>(ranks.count()), false);
+        static_cast<unsigned>(ranks.count()), ranks.rank(), false);
   });
   for (const std::string& message : messages) ranks.send(0, message);
   ranks.sync();
@@ -371,7 +372,7 @@ void Viewer::pack_again_and_again() {
         pack_model(*picture);
         pack(
             *picture,
-            [this](const std::string& key, std::string bytes) { scene_.put(key, std::move(bytes)); }, 1,
+            [this](const std::string& key, std::string bytes) { scene_.put(key, std::move(bytes)); }, 1, 0,
             true);
         pack_end(*picture);
       } else {
@@ -387,7 +388,7 @@ void Viewer::pack_again_and_again() {
   }
 }
 
-void Viewer::pack(const Picture& picture, const Send& send, unsigned ranks, bool may_stop) {
+void Viewer::pack(const Picture& picture, const Send& send, unsigned ranks, int rank, bool may_stop) {
   if (packed_run_ != picture.run) sent_.clear();
   packed_run_ = picture.run;
   std::map<std::uint32_t, Batches> regions;
@@ -420,6 +421,27 @@ void Viewer::pack(const Picture& picture, const Send& send, unsigned ranks, bool
     send("region " + std::to_string(picture.run) + " " + std::to_string(region),
          region_message(picture.run, region, batches, looks_, most));
     sent_[region] = state;
+  }
+  if (!picture.report) pack_emptied(picture, send, rank);
+}
+
+/// What was FUZZY in a region and is all OUT now is in the picture no more, and must not stay in the page.
+void Viewer::pack_emptied(const Picture& picture, const Send& send, int rank) {
+  std::set<std::uint32_t> here;
+  for (const auto& batch : picture.batches)
+    if (!batch->empty()) here.insert(batch->region.front());
+  for (auto at = sent_.begin(); at != sent_.end();) {
+    const std::uint32_t region = at->first;
+    const auto& ranks = picture.rank_of_region;
+    const bool is_mine = region >= ranks.size() || ranks[region] == rank;
+    if (here.contains(region)) {
+      ++at;
+      continue;
+    }
+    if (is_mine)  // else it has moved
+      send("region " + std::to_string(picture.run) + " " + std::to_string(region),
+           region_message(picture.run, region, {}, looks_, 0));
+    at = sent_.erase(at);
   }
 }
 

@@ -114,7 +114,8 @@ class Viewer {
   void pack_again_and_again();
   [[nodiscard]] bool has_newer() const;
   void hand_over(std::optional<Picture>& place, Picture picture);
-  void pack(const Picture& picture, const Send& send, unsigned ranks, bool may_stop);
+  void pack(const Picture& picture, const Send& send, unsigned ranks, int rank, bool may_stop);
+  void pack_emptied(const Picture& picture, const Send& send, int rank);
   void pack_fresh(const Batches& batches, unsigned step);
   void pack_model(const Picture& picture);
   void pack_end(const Picture& picture);
