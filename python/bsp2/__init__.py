@@ -198,8 +198,9 @@ def _save(self, path, tets=False, clean=None, **look):
     (the surface); .step, .iges, .brep (its faces, for CAD programs); .png, .svg, .pdf (a picture), .json (the report), .csg (the model),
     .h5 (the snapshot, if one was asked for); .msh, .inp, .xdmf (a mesh for solvers, as `solver_mesh` makes it). All ranks together.
 
-    tets: a .pvtu of simplices. clean: a surface without shorter edges and thinner triangles; 0: as it is. For pictures: size=(width, height), shade='color' (or part, rank, region, label), edges=False, eye, look,
-    explode.
+    tets: a .pvtu of simplices. clean: a surface without shorter edges and thinner triangles; 0: as it is. For pictures:
+    size=(width, height), shade='color' (or part, rank, region, label, level), edges='none' (or feature: those of the solid, cells),
+    legend=True, axes=False, transparent=False, eye, look, explode.
     """
     if os.path.splitext(path)[1].lower() in (".msh", ".inp", ".xdmf"):
         solver_mesh(self).save(path)

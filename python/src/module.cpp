@@ -165,7 +165,15 @@ WriteOptions write_options(bool tets, std::optional<double> clean, const py::dic
     else if (name == "shade")
       view.shade = value.cast<std::string>();
     else if (name == "edges")
-      view.edges = value.cast<bool>();
+      view.edges = !py::isinstance<py::bool_>(value) ? value.cast<std::string>()
+                   : value.cast<bool>()              ? "cells"
+                                                     : "none";
+    else if (name == "legend")
+      view.legend = value.cast<bool>();
+    else if (name == "axes")
+      view.axes = value.cast<bool>();
+    else if (name == "transparent")
+      view.transparent = value.cast<bool>();
     else if (name == "eye")
       view.eye = value.cast<std::optional<std::array<double, 3>>>();
     else if (name == "look")
@@ -174,7 +182,8 @@ WriteOptions write_options(bool tets, std::optional<double> clean, const py::dic
       view.explode = value.cast<double>();
     else
       throw py::type_error("a picture has no '" + name +
-                           "'; size, shade, edges, eye, look and explode are possible");
+                           "'; size, shade, edges, legend, axes, transparent, eye, look and explode are "
+                           "possible");
   }
   return options;
 }

@@ -105,9 +105,23 @@ class Models(unittest.TestCase):
             lambda: drilled().evaluate().locate([1, 2, 3]),
             lambda: drilled().evaluate().save("/dev/null/x.stl"),
             lambda: drilled().evaluate().picture(size=(0, 10)),
+            lambda: drilled().evaluate().picture(edges="sharp"),
+            lambda: drilled().evaluate().picture(shade="mood"),
+            lambda: drilled().evaluate().picture(colour="red"),
         )):
             with self.subTest(number=number), self.assertRaises((TypeError, ValueError, bsp2.Error)):
                 wrong()
+
+    def test_pictures_look_as_they_are_asked_to(self):
+        result = drilled().evaluate()
+        plain = result.picture(size=(80, 80))
+        looks = [{"edges": "feature"}, {"edges": "cells"}, {"axes": True}, {"transparent": True}, {"shade": "level"}]
+        pictures = [result.picture(size=(80, 80), **look) for look in looks]
+        self.assertEqual(len({plain, *pictures}), len(looks) + 1)
+        self.assertEqual(result.picture(size=(80, 80), edges=True), pictures[1])
+        self.assertEqual(result.picture(size=(80, 80), edges=False), plain)
+        self.assertNotEqual(result.picture(size=(80, 80), shade="level", legend=False), pictures[4])
+        self.assertTrue(result.picture("svg", edges="feature").startswith(b"<?xml"))
 
     def test_errors_have_the_message_of_the_program(self):
         with self.assertRaises(bsp2.Error) as caught:

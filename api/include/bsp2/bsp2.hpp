@@ -426,8 +426,11 @@ struct Locations {
 /// How pictures look.
 struct View {
   int width = 1000, height = 1000;            ///< pixels
-  std::string shade = "color";                ///< or part, rank, region, label
-  bool edges = false;                         ///< of the cells
+  std::string shade = "color";                ///< or part, rank, region, label, level
+  std::string edges = "none";                 ///< or feature: those of the solid, cells: of all cells
+  bool legend = true;                         ///< what the colours tell, but for "color"
+  bool axes = false;                          ///< where they point, and without an eye a bar for the scale
+  bool transparent = false;                   ///< without a background
   std::optional<std::array<double, 3>> eye;   ///< none: a parallel projection
   std::optional<std::array<double, 3>> look;  ///< what is in the middle
   double explode = 0;  ///< regions move apart by so many times their way from the middle

@@ -18,15 +18,23 @@
 namespace bsp2 {
 namespace {
 
+/// What a name stands for. @throws Error that tells which ones there are.
+template <typename Value>
+Value named(const std::map<std::string, Value>& names, const std::string& name, const char* what) {
+  if (const auto found = names.find(name); found != names.end()) return found->second;
+  std::string all;
+  for (const auto& each : names) all += (all.empty() ? "" : ", ") + each.first;
+  throw Error("a picture has no " + std::string(what) + " '" + name + "'; there are " + all);
+}
+
 supersteps::PictureOptions picture_options(const View& view, supersteps::PictureFormat format) {
-  static const std::map<std::string, supersteps::Shade> shades = {
-      {"color", supersteps::Shade::colour},  {"colour", supersteps::Shade::colour},
-      {"part", supersteps::Shade::part},     {"rank", supersteps::Shade::rank},
-      {"region", supersteps::Shade::region}, {"label", supersteps::Shade::label}};
-  const auto shade = shades.find(view.shade);
-  if (shade == shades.end())
-    throw Error("a picture cannot show '" + view.shade +
-                "' by colours: color, part, rank, region and label are possible");
+  using supersteps::Edges;
+  using supersteps::Shade;
+  static const std::map<std::string, Shade> shades = {
+      {"color", Shade::colour},  {"colour", Shade::colour}, {"part", Shade::part},  {"rank", Shade::rank},
+      {"region", Shade::region}, {"label", Shade::label},   {"level", Shade::level}};
+  static const std::map<std::string, Edges> edges = {
+      {"none", Edges::none}, {"feature", Edges::feature}, {"cells", Edges::cells}};
   constexpr int largest = 20000;
   if (view.width < 1 || view.height < 1 || view.width > largest || view.height > largest)
     throw Error("a picture of " + std::to_string(view.width) + " x " +
@@ -38,8 +46,11 @@ supersteps::PictureOptions picture_options(const View& view, supersteps::Picture
   options.format = format;
   options.width = view.width;
   options.height = view.height;
-  options.shade = shade->second;
-  options.edges = view.edges ? supersteps::Edges::cells : supersteps::Edges::none;
+  options.shade = named(shades, view.shade, "shade");
+  options.edges = named(edges, view.edges, "edges");
+  options.legend = view.legend;
+  options.axes = view.axes;
+  options.transparent = view.transparent;
   options.eye = view.eye;
   options.look = view.look;
   options.explode = view.explode;

@@ -25,12 +25,27 @@ const std::map<std::string, Shade>& shades() {
   return names;
 }
 
-std::optional<std::array<double, 3>> point_of(const std::string& text, const char* option) {
+std::optional<std::array<double, 3>> eye_of_picture(const std::string& text) {
   if (text.empty()) return std::nullopt;
   const auto numbers = numbers_in(text, ',');
+  if (numbers.size() == 2)
+    throw Error("--eye: '" + text +
+                "' has two numbers; models in the plane are seen from straight above, without --eye, and "
+                "--look X,Y tells what is in the middle of the picture");
   if (numbers.size() != 3)
-    throw Error(std::string(option) + ": '" + text + "' is no point; write three numbers, for example " +
-                option + " 30,-40,25");
+    throw Error("--eye: '" + text + "' is no point; write three numbers, for example --eye 30,-40,25");
+  return std::array{numbers[0], numbers[1], numbers[2]};
+}
+
+/// In the plane z = 0 it may be left out.
+std::optional<std::array<double, 3>> middle_of_picture(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  auto numbers = numbers_in(text, ',');
+  if (numbers.size() == 2) numbers.push_back(0);
+  if (numbers.size() != 3)
+    throw Error("--look: '" + text +
+                "' is no point; write three numbers, for example --look 30,-40,25, or two "
+                "in the plane");
   return std::array{numbers[0], numbers[1], numbers[2]};
 }
 
@@ -125,8 +140,8 @@ std::vector<double> eye_of(const std::string& text) {
 
 supersteps::PictureOptions picture_options(const PictureText& text) {
   supersteps::PictureOptions options;
-  options.eye = point_of(text.eye, "--eye");
-  options.look = point_of(text.look, "--look");
+  options.eye = eye_of_picture(text.eye);
+  options.look = middle_of_picture(text.look);
   if (options.eye && options.look && *options.eye == *options.look)
     throw Error("--eye and --look are the same point: the picture needs a direction");
   if (const auto factors = numbers_in(text.explode, ':'); factors.size() == 1) options.explode = factors[0];

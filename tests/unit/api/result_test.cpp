@@ -121,6 +121,10 @@ TEST(ApiResult, WritesEachFormat) {
     EXPECT_GT(fs::file_size(base.string() + ending), 50U) << ending;
   }
   EXPECT_EQ(result.picture("png"), read(base.string() + ".png"));
+  EXPECT_NE(result.picture("svg", {.edges = "feature"}), result.picture("svg"));
+  EXPECT_NE(result.picture("png", {.shade = "level"}),
+            result.picture("png", {.shade = "level", .legend = false, .axes = true}));
+  EXPECT_THROW(static_cast<void>(result.picture("png", {.edges = "sharp"})), Error);
   EXPECT_EQ(read(base.string() + ".csg"), (cube() - cube(0.5)).to_text());
   EXPECT_THROW(result.write(base.string() + ".xyz"), Error);
   EXPECT_FALSE(fs::exists(base.string() + ".xyz"));

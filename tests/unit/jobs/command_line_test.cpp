@@ -182,6 +182,10 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
     EXPECT_EQ(command.view.width, 640);
     EXPECT_EQ(command.view.height, 480);
   }
+  EXPECT_EQ(parsed({"render", "a.h5", "-o", "p.png", "--look", "3,-4"}).view.look,
+            (std::array{3.0, -4.0, 0.0}));
+  EXPECT_NE(message_for({"render", "a.h5", "-o", "p.png", "--eye", "3,-4"}).find("--look X,Y"),
+            std::string::npos);
   EXPECT_EQ(parsed({"render", "a.h5", "-o", "p.png"}).options.steps, 0U);
   EXPECT_NE(message_for({"render", "a.h5", "-o", "p.bmp"}).find("'p.bmp' must end in .png, .svg or .pdf"),
             std::string::npos);
