@@ -10,6 +10,8 @@
 #include <IMeshTools_Parameters.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
 #include <Poly_Triangulation.hxx>
+#include <Precision.hxx>
+#include <ShapeFix_Shape.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
@@ -62,6 +64,7 @@ IMeshTools_Parameters parameters_of(const TopoDS_Shape& shape, const ReadRequest
                  size / 200);  // of what is as small as $fs
   }
   parameters.Deflection = std::max(parameters.Deflection, std::min(shortest, 1e-6 * size));
+  parameters.Deflection = std::max(parameters.Deflection, Precision::Confusion());  // which it wants
   return parameters;
 }
 
@@ -264,8 +267,15 @@ class Mesher {
 
 }  // namespace
 
+/// Faces whose wires touch themselves are not meshed as they are. (Those of STEP and IGES files have been
+/// mended when they were read.)
 CadMesh mesh_of(const TopoDS_Shape& shape, const ReadRequest& request) {
-  return Mesher().run(shape, request);
+  CadMesh mesh = Mesher().run(shape, request);
+  if (mesh.faces_lost == 0) return mesh;
+  ShapeFix_Shape fix(shape);
+  fix.Perform();
+  CadMesh mended = Mesher().run(fix.Shape(), request);
+  return mended.faces_lost < mesh.faces_lost ? mended : mesh;
 }
 
 }  // namespace bsp2::model

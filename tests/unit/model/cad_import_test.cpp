@@ -112,6 +112,16 @@ TEST_F(CadImport, PlaneFacesAreExact) {
   EXPECT_TRUE(box.warnings.empty() && box.notes.empty());
 }
 
+/// However small: Open CASCADE wants no finer triangles than it can tell points apart.
+TEST_F(CadImport, SmallSolidsAreRead) {
+  for (const double size : {1e-2, 1e-4, 1e-5}) {
+    BRepTools::Write(BRepPrimAPI_MakeBox(size, size, size).Shape(), path("small.brep").c_str());
+    const auto box = read(path("small.brep"));
+    ASSERT_EQ(box.solids.size(), 1U);
+    EXPECT_NEAR(volume(box.solids[0]), size * size * size, 1e-9 * size * size * size);
+  }
+}
+
 TEST_F(CadImport, UnitsBecomeMillimetres) {
   const TopoDS_Shape box = BRepPrimAPI_MakeBox(25.4, 20, 30).Shape();
   const auto inches = read(step(box, "inches.stp", "INCH"));
