@@ -39,7 +39,7 @@ class ZipFile {
 class Unpacking {
  public:
   static constexpr std::size_t always = std::size_t{16} << 20,
-                               most_times = 200;  // what we write is 6 times as long
+                               most_times = 100;  // what we write is 6 times as long
 
   Unpacking(std::size_t zipped, std::string name)
       : left_(std::max(always, most_times * zipped)), name_(std::move(name)) {}

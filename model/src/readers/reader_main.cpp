@@ -29,11 +29,12 @@ void limit(int resource, rlim_t most, rlim_t hard) {
 rlim_t seconds_to_read(rlim_t megabytes) { return 10 + 20 * megabytes; }
 rlim_t seconds_for_all(rlim_t megabytes) { return 900 + 60 * megabytes; }
 
-/// Far above what a sound file of this size takes: a damaged one does not fill the machine, nor run for ever.
+/// Far above what a sound file of this size takes, about 30 times its bytes: a damaged one does not fill the
+/// machine, nor run for ever.
 void limit_process(const std::string& path) {
   std::error_code unknown;
   const auto size = std::filesystem::file_size(path, unknown);
-  const rlim_t bytes = unknown ? 0 : static_cast<rlim_t>(size), memory = (rlim_t{2} << 30) + 400 * bytes;
+  const rlim_t bytes = unknown ? 0 : static_cast<rlim_t>(size), memory = (rlim_t{1} << 30) + 100 * bytes;
   limit(RLIMIT_DATA, memory, memory);
   limit(RLIMIT_CPU, seconds_to_read(bytes >> 20), seconds_for_all(bytes >> 20));
   limit(RLIMIT_CORE, 0, 0);
