@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bsp2/supersteps/render/hidden_facets.hpp"
-#include "render/canvas.hpp"
+#include "paint/canvas.hpp"
 #include "render/inner_sides.hpp"
 #include "render/round_faces.hpp"
 #include "render/section.hpp"

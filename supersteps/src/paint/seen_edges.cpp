@@ -1,4 +1,4 @@
-#include "render/seen_edges.hpp"
+#include "paint/seen_edges.hpp"
 
 #include <algorithm>
 #include <cmath>

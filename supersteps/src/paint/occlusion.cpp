@@ -1,4 +1,4 @@
-#include "render/occlusion.hpp"
+#include "paint/occlusion.hpp"
 
 #include <algorithm>
 #include <cmath>

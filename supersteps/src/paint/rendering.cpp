@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "paint/painter.hpp"
 #include "ranks/exchange.hpp"
-#include "render/painter.hpp"
 
 namespace bsp2::supersteps {
 namespace {

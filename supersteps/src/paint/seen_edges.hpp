@@ -1,6 +1,6 @@
 #pragma once
 
-#include "render/lighting.hpp"
+#include "paint/lighting.hpp"
 #include "render/polygons.hpp"
 
 namespace bsp2::supersteps {

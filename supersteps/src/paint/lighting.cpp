@@ -1,4 +1,4 @@
-#include "render/lighting.hpp"
+#include "paint/lighting.hpp"
 
 #include <algorithm>
 #include <cmath>

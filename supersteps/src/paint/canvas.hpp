@@ -11,10 +11,10 @@
 
 #include "bsp2/supersteps/render/picture_format.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
+#include "paint/lighting.hpp"
+#include "paint/occlusion.hpp"
 #include "render/camera.hpp"
 #include "render/ink.hpp"
-#include "render/lighting.hpp"
-#include "render/occlusion.hpp"
 #include "render/overlay.hpp"
 #include "render/polygons.hpp"
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "render/lighting.hpp"
+#include "paint/lighting.hpp"
 
 namespace bsp2::supersteps {
 

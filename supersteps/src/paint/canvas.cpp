@@ -1,4 +1,4 @@
-#include "render/canvas.hpp"
+#include "paint/canvas.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "bsp2/geometry/support/module.hpp"
+#include "paint/seen_edges.hpp"
 #include "pixels/png.hpp"
 #include "render/cairo_module.hpp"
-#include "render/seen_edges.hpp"
 
 namespace bsp2::supersteps {
 namespace {
