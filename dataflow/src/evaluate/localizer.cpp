@@ -130,19 +130,24 @@ bool Localizer<D>::is_thin() const {
   return view_.thickness() < thin;
 }
 
-/// Whether a thin cell is so long that the surface of a round solid need not be near all of it. It is cut
+/// Whether a thin cell is so long that all surfaces of round solids may be far from some of it. It is cut
 /// then as any other: so it comes to the same cells as with a finer tolerance.
 template <int D>
 bool Localizer<D>::reaches_beyond_surfaces(std::span<const Word> program) {
   constexpr double long_cell = 4;  // times as long as what is thin
   const double thin = this->thin();
   if (view_.extent().length(view_.extent().axes_by_length()[0]) <= long_cell * thin) return false;
-  return std::any_of(active_.begin(), active_.end(), [&](const ActiveLeaf& active) {
+  bool is_any_round = false;
+  for (const ActiveLeaf& active : active_) {
     const Word* const leaf = program.data() + active.at;
     const Producer<D>& producer = network_->producers[leaf[2]];
-    return producer.kind == ProducerKind::round &&
-           with_round(producer, [&](const auto& process) { return process.is_coarse(leaf, view_, thin); });
-  });
+    if (!dataflow::is_curved(producer.kind)) continue;
+    is_any_round = true;
+    if (producer.kind != ProducerKind::round ||
+        !with_round(producer, [&](const auto& process) { return process.is_coarse(leaf, view_, thin); }))
+      return false;
+  }
+  return is_any_round;
 }
 
 /// Leaves to choose from only what ends by itself, and splines that end within the cell.

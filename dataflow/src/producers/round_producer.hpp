@@ -37,7 +37,7 @@ class RoundProducer {
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
   /// Whether any of its flat faces is undecided.
   [[nodiscard]] bool has_planes(const Word* leaf) const { return undecided_planes(leaf) != 0; }
-  /// Whether the solid's surface need not be near all of the cell: where no wedge is known, or one of which
+  /// Whether the round surface need not be near all of the cell: where no wedge is known, or one of which
   /// tangent and chord are farther apart than `tolerance`, or the cell reaches so far beyond them.
   [[nodiscard]] bool is_coarse(const Word* leaf, const CellView<D>& cell, double tolerance) const;
   /// A hyperplane of the box, the wedge's tangent or chord, or what halves the wedge; at the last level,
@@ -184,7 +184,7 @@ void RoundProducer<D, Solid>::tighten(State& state, CellView<D>& cell) const {
 template <int D, typename Solid>
 bool RoundProducer<D, Solid>::is_coarse(const Word* leaf, const CellView<D>& cell, double tolerance) const {
   const State state = state_of(leaf);
-  if (state.kind != State::Kind::wedge) return state.kind == State::Kind::anywhere;
+  if (state.kind != State::Kind::wedge) return true;
   const auto beyond = [&](geometry::OrientedHyperplane plane, const std::array<double, D>& point) {
     const auto h = cell.table().rounded(plane.id());
     double square = 0;
