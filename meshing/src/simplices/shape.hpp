@@ -34,15 +34,19 @@ inline double shape_of(const Point& a, const Point& b, const Point& c, const Poi
   const std::array<Point, 4> n = normals_of(a, b, c, d);
   const double six_volumes = -dot(n[3], d - a);
   const double ab = squared_distance(a, b), ac = squared_distance(a, c), ad = squared_distance(a, d);
-  std::array<double, 4> w;  // one over the squares of areas
-  for (std::size_t i = 0; i < 4; ++i) w[i] = 1 / dot(n[i], n[i]);
-  // sin = 3/2 V l / (A A'), over the edge in which two faces meet.
-  const double most =
-      std::min({ab * w[2] * w[3], ac * w[1] * w[3], ad * w[1] * w[2], squared_distance(b, c) * w[0] * w[3],
-                squared_distance(b, d) * w[0] * w[2], squared_distance(c, d) * w[0] * w[1]});
+  std::array<double, 4> area;  // squares of twice the areas
+  for (std::size_t i = 0; i < 4; ++i) area[i] = dot(n[i], n[i]);
   const double square = six_volumes * six_volumes;
-  const bool is_degenerate = !(most * square > 0);  // or an area is nothing
-  const double least = is_degenerate ? 0 : std::min(1.0, std::sqrt(most * square));
+  // sin = 3/2 V l / (A A'), over the edge in which two faces meet; here over one denominator.
+  const double most =
+      std::min({ab * area[0] * area[1], ac * area[0] * area[2], ad * area[0] * area[3],
+                squared_distance(b, c) * area[1] * area[2], squared_distance(b, d) * area[1] * area[3],
+                squared_distance(c, d) * area[2] * area[3]}) *
+      square;
+  const double denominator = area[0] * area[1] * area[2] * area[3];
+  // Below the normal range, or an area is nothing.
+  const bool is_degenerate = !(most > 1e-290) || !(denominator < 1e290);
+  const double least = is_degenerate ? 0 : std::min(1.0, std::sqrt(most / denominator));
   if (least > 1e-6 && square > 1e-26 * (ab * ac * ad)) return six_volumes > 0 ? least : -least;
   const int sign = orientation(a, b, c, d);
   return sign > 0 ? std::max(least, 1e-300) : sign == 0 ? 0 : -std::max(least, 1e-300);

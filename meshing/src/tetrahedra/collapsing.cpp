@@ -109,7 +109,10 @@ bool Editor::collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& li
     if (now > 0 && !has_turned && now < enough) return false;
     if (limits.length > 0)
       for (const std::uint32_t q : p)
-        if (q != v && squared_distance(points_[q], points_[v]) > limits.length * limits.length) return false;
+        if (const double length = squared_distance(points_[q], points_[v]);
+            q != v && length > limits.length * limits.length &&
+            length > squared_distance(points_[q], points_[u]))
+          return false;
   }
   if (has_turned && turned_after >= turned_before) return false;
   if (!keeps_topology(u, v, ring)) return false;

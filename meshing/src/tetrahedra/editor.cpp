@@ -150,7 +150,13 @@ void Editor::remove(std::uint32_t t) {
   free_.push_back(t);
 }
 
-/// The tetrahedron on the other side of a face, or `none`.
+Point Editor::middle(std::uint32_t t) const {
+  Point sum{};
+  for (const std::uint32_t p : tetrahedra_[t].point)
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += points_[p][k] / 4;
+  return sum;
+}
+
 std::uint32_t Editor::beyond(std::uint32_t t, int face) const {
   const Corners& p = tetrahedra_[t].point;
   const std::uint32_t a = p[(face + 1) % 4], b = p[(face + 2) % 4], c = p[(face + 3) % 4];

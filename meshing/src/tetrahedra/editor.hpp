@@ -10,6 +10,8 @@
 
 namespace bsp2::meshing {
 
+class Star;
+
 /// A mesh that is changed step by step: edges collapse, are split or removed, faces are flipped, points move.
 ///
 /// A step that is refused changes nothing. Its measure is `shape_of`, so "better" means that the worst
@@ -45,6 +47,9 @@ class Editor {
   [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t p) const;
   [[nodiscard]] double length(std::uint32_t u, std::uint32_t v) const;
   [[nodiscard]] double worst_at(std::uint32_t p) const;
+  /// The tetrahedron on the other side of a face, or `none`.
+  [[nodiscard]] std::uint32_t beyond(std::uint32_t t, int face) const;
+  [[nodiscard]] Point middle(std::uint32_t t) const;
 
   struct CollapseLimits {
     double shape;   ///< of what comes of it, or what is there now if that is worse
@@ -57,6 +62,9 @@ class Editor {
   std::uint32_t split(std::uint32_t u, std::uint32_t v, double least);
   /// Splits an edge inside where that makes the worst tetrahedron around it better.
   bool split_better(std::uint32_t u, std::uint32_t v);
+  /// A new point at x in place of a tetrahedron and of as many around it as must be taken out for all that
+  /// comes of it to be of a better shape than `least`.
+  bool insert(std::uint32_t t, const Point& x, double least);
   /// Takes an edge away and fills the hole anew, if that is better. An edge in a plane side is swapped in it.
   bool remove_edge(std::uint32_t u, std::uint32_t v);
   /// Two tetrahedra become three, if that is better. @param face of t, opposite of its point at this place.
@@ -143,10 +151,10 @@ class Editor {
   [[nodiscard]] double shape(const std::array<std::uint32_t, 4>& p) const;
   [[nodiscard]] bool may_go_along(std::uint32_t u, std::uint32_t v, const Ring& ring) const;
   [[nodiscard]] bool keeps_topology(std::uint32_t u, std::uint32_t v, const Ring& ring) const;
-  [[nodiscard]] std::uint32_t beyond(std::uint32_t t, int face) const;
   [[nodiscard]] std::vector<std::int32_t> key_of(const Ring& ring) const;
   [[nodiscard]] std::optional<std::array<std::uint32_t, 2>> ends_along(std::uint32_t p) const;
-  [[nodiscard]] double worst_with(std::uint32_t p, const Point& x, double enough) const;
+  void look_at_star(std::uint32_t p, Star& star) const;
+  [[nodiscard]] std::vector<std::uint32_t> neighbours_along(std::uint32_t p) const;
   bool arcs_of(std::uint32_t u, std::uint32_t v, const Ring& ring, std::vector<Arc>& arcs) const;
   [[nodiscard]] bool is_new(const Arc& arc) const;
   double fill(Arc& arc, std::uint32_t u, std::uint32_t v, double enough) const;

@@ -392,7 +392,25 @@ class Shaping {
     if (!with_new_points) return false;
     for (const auto& [u, v] : edges)
       if (editor_.split_better(u, v)) return true;
-    return false;
+    return insert_near(t);
+  }
+
+  /// Puts a point in the middle of a tetrahedron, or of it and one beside it.
+  bool insert_near(std::uint32_t t) {
+    const double better = std::max(0.0, editor_.at(t).shape) * 1.1;
+    const Point middle = editor_.middle(t);
+    std::vector<Point> places{middle};
+    for (int face = 0; face < 4; ++face)
+      if (const std::uint32_t other = editor_.beyond(t, face); other != Editor::none) {
+        Point x = editor_.middle(other);
+        for (std::size_t k = 0; k < 3; ++k) x[k] = (x[k] + middle[k]) / 2;
+        places.push_back(x);
+      }
+    return std::any_of(places.begin(), places.end(), [&](const Point& x) {
+      if (!editor_.insert(t, x, better)) return false;
+      editor_.smooth(static_cast<std::uint32_t>(editor_.point_count() - 1));
+      return true;
+    });
   }
 
   bool collapse_to_better(std::uint32_t u, std::uint32_t v, double better) {

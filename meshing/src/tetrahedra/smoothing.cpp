@@ -4,19 +4,26 @@
 
 #include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"
+#include "tetrahedra/star.hpp"
 
 namespace bsp2::meshing {
 
-/// The worst shape around a point if it were at x; what is not above `enough` does not matter.
-double Editor::worst_with(std::uint32_t p, const Point& x, double enough) const {
-  double worst = 1;
-  for (const std::uint32_t t : star_[p]) {
-    const std::array<std::uint32_t, 4>& q = tetrahedra_[t].point;
-    const auto at = [&](int k) -> const Point& { return q[k] == p ? x : points_[q[k]]; };
-    worst = std::min(worst, shape_of(at(0), at(1), at(2), at(3)));
-    if (worst <= enough) return worst;
+namespace {
+
+constexpr double good_enough = 0.5;  // is left by itself where the middle of what is around is no better
+
+}  // namespace
+
+/// The worst first.
+void Editor::look_at_star(std::uint32_t p, Star& star) const {
+  std::vector<std::uint32_t> order(star_[p]);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t s, std::uint32_t t) {
+    return std::pair(tetrahedra_[s].shape, s) < std::pair(tetrahedra_[t].shape, t);
+  });
+  for (const std::uint32_t t : order) {
+    const auto face = face_opposite(t, tetrahedra_[t].place_of(p));
+    star.add(points_[face[1]], points_[face[0]], points_[face[2]]);
   }
-  return worst;
 }
 
 bool Editor::nudge(std::uint32_t p, const Point& to) {
@@ -42,55 +49,64 @@ bool Editor::nudge(std::uint32_t p, const Point& to) {
   return true;
 }
 
-bool Editor::smooth(std::uint32_t p) {
-  if (kind_[p] == corner || star_[p].empty() || changed_[p] < settled_[p]) return false;
-  const double before = worst_at(p);
-  std::vector<std::uint32_t> towards;
+/// What a point may be drawn to: its neighbours in all that it is on.
+std::vector<std::uint32_t> Editor::neighbours_along(std::uint32_t p) const {
+  std::vector<std::uint32_t> along;
   if (kind_[p] == inside) {
-    towards = neighbours(p);
+    along = neighbours(p);
   } else if (kind_[p] == on_side) {
     for (const std::uint32_t t : star_[p]) {
       const Tetrahedron& tet = tetrahedra_[t];
       for (int k = 0; k < 4; ++k)
         if (tet.side[k] != inner && tet.point[k] != p)
           for (int l = 0; l < 4; ++l)
-            if (l != k && tet.point[l] != p) towards.push_back(tet.point[l]);
+            if (l != k && tet.point[l] != p) along.push_back(tet.point[l]);
     }
   } else if (const auto ends = ends_along(p)) {
-    towards.assign(ends->begin(), ends->end());
+    along.assign(ends->begin(), ends->end());
   }
-  if (towards.empty()) return false;
-  Point middle{};
-  for (const std::uint32_t q : towards)
-    for (std::size_t k = 0; k < 3; ++k) middle[k] += points_[q][k] / static_cast<double>(towards.size());
+  return along;
+}
+
+bool Editor::smooth(std::uint32_t p) {
+  if (kind_[p] == corner || star_[p].empty() || changed_[p] < settled_[p]) return false;
+  const std::vector<std::uint32_t> along = neighbours_along(p);
+  if (along.empty()) return false;
+  Star star;
+  look_at_star(p, star);
+  const double before = worst_at(p);
   double best = std::max(before, 0.0);
-  Point best_place{};
-  bool found = false;
-  const auto attempt = [&](const Point& x) {
-    const double worst = worst_with(p, x, best);
-    if (worst <= best * (1 + 1e-6)) return;
+  Point place = points_[p];
+  const auto attempt = [&](Point x, const Point& way, double share) {
+    for (std::size_t k = 0; k < 3; ++k) x[k] += share * way[k];
+    const double worst = star.worst(x, best * (1 + 1e-6));
+    if (worst <= best * (1 + 1e-6)) return false;
     best = worst;
-    best_place = x;
-    found = true;
+    place = x;
+    return true;
   };
-  const auto go_to = [&](const Point& target, double share) {
-    Point x;
-    for (std::size_t k = 0; k < 3; ++k) x[k] = points_[p][k] + share * (target[k] - points_[p][k]);
-    attempt(x);
-  };
-  for (const double share : {1.0, 0.5, 0.2}) {
-    if (found) break;
-    go_to(middle, share);
+  Point middle{};
+  for (const std::uint32_t q : along)
+    for (std::size_t k = 0; k < 3; ++k) middle[k] += points_[q][k] / static_cast<double>(along.size());
+  const Point here = points_[p], way = middle - here;
+  attempt(here, way, 1) || attempt(here, way, 0.5) || attempt(here, way, 0.2);
+  if (kind_[p] == inside) {
+    for (int step = 0; step < 4 && best < good_enough; ++step) {
+      const auto ascent = star.ascent(place);
+      if (!ascent ||
+          !(attempt(place, *ascent, 1) || attempt(place, *ascent, 0.3) || attempt(place, *ascent, 0.1)))
+        break;
+    }
+  } else if (place == points_[p] && before < 0.35) {
+    // Towards and away from each neighbour: the worst tetrahedron may want that.
+    for (const std::uint32_t q : along)
+      for (const double share : {0.15, -0.15}) attempt(here, points_[q] - here, share);
   }
-  // Towards and away from each neighbour: the worst tetrahedron may want that.
-  if (!found && before < 0.35)
-    for (const std::uint32_t q : towards)
-      for (const double share : {0.15, -0.15}) go_to(points_[q], share);
-  if (!found) {
+  if (place == points_[p]) {
     settled_[p] = clock_++;
     return false;
   }
-  move(p, best_place);
+  move(p, place);
   return true;
 }
 

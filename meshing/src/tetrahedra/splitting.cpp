@@ -81,4 +81,46 @@ bool Editor::split_better(std::uint32_t u, std::uint32_t v) {
   return true;
 }
 
+/// From a tetrahedron on, all whose faces a point does not see well enough give way to what is over them.
+bool Editor::insert(std::uint32_t t, const Point& x, double least) {
+  constexpr std::size_t most = 48;  // are taken out
+  // What is right side out all over is a ball that the point sees from inside: nothing else can change.
+  const auto is_right = [this](std::uint32_t own) { return tetrahedra_[own].shape > 0; };
+  if (!is_right(t)) return false;
+  Change change;
+  change.removed.push_back(t);
+  const auto is_removed = [&change](std::uint32_t other) {
+    return std::find(change.removed.begin(), change.removed.end(), other) != change.removed.end();
+  };
+  const std::uint32_t m = add_point(x, inside);
+  const auto is_grown = [&] {
+    for (std::size_t i = 0; i < change.removed.size(); ++i)
+      for (int k = 0; k < 4; ++k) {
+        const std::uint32_t own = change.removed[i];
+        const auto [a, b, c] = face_opposite(own, k);
+        if (shape({b, a, c, m}) > least) continue;
+        const std::uint32_t other = tetrahedra_[own].side[k] == inner ? beyond(own, k) : none;
+        if (other == none || !is_right(other)) return false;
+        if (is_removed(other)) continue;
+        if (change.removed.size() >= most) return false;
+        change.removed.push_back(other);
+      }
+    return true;
+  };
+  if (!is_grown()) {
+    drop_last_point();
+    return false;
+  }
+  for (const std::uint32_t own : change.removed)
+    for (int k = 0; k < 4; ++k) {
+      const std::int32_t side = tetrahedra_[own].side[k];
+      if (side == inner && is_removed(beyond(own, k))) continue;
+      const auto [a, b, c] = face_opposite(own, k);
+      change.added.push_back({{b, a, c, m}, {inner, inner, inner, side}, tetrahedra_[own].part});
+    }
+  for (const std::uint32_t own : change.removed) remove(own);
+  for (const New& tet : change.added) add(tet.point, tet.side, tet.part);
+  return true;
+}
+
 }  // namespace bsp2::meshing
