@@ -108,6 +108,18 @@ TEST_F(MeshProgram, OpenFoamCasesHavePatchesAndZones) {
   EXPECT_NEAR(report().at("volume").get<double>(), 5, 1e-9);
 }
 
+/// What is absorbed is small against a piece of the solid, not against the way from one to another.
+TEST_F(MeshProgram, PiecesThatAreFarApartAreKept) {
+  std::ofstream(model_) << "cube([1, 1, 1]);\n"
+                           "multmatrix([[1,0,0,5000000],[0,1,0,0],[0,0,1,300],[0,0,0,1]]) cube([1, 2, 1]);\n";
+  const MeshEnded kept = run("a.msh");
+  ASSERT_EQ(kept.code, 0) << kept.text;
+  EXPECT_NEAR(report().at("volume").get<double>(), 3, 1e-9);
+  const MeshEnded gone = run("a.msh", "--clean 5");
+  EXPECT_EQ(gone.code, 2) << gone.text;
+  EXPECT_NE(gone.text.find("nothing is left to mesh"), std::string::npos) << gone.text;
+}
+
 TEST_F(MeshProgram, SizesAreReadFromATable) {
   const fs::path table = folder_.path() / "sizes.csv";
   std::ofstream(table) << "x,y,z,size\n0, 0, 0, 0.2  # fine\n\n2 2 0\t0.8\n";

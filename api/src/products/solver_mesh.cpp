@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 
@@ -36,33 +37,52 @@ double diagonal(const Point& low, const Point& high) {
   return std::sqrt(sum);
 }
 
-/// The diagonals of the bounds of each part, and of all.
+/// The diagonals of the bounds of all, and of the smallest part: of its largest piece, since pieces may be
+/// far from each other.
 struct Extents {
   double all = 0, smallest_part = 0;
 
-  explicit Extents(const Complex& complex) {
-    struct Box {
-      Point low{1e308, 1e308, 1e308}, high{-1e308, -1e308, -1e308};
-      void add(const Point& p) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          low[k] = std::min(low[k], p[k]);
-          high[k] = std::max(high[k], p[k]);
-        }
-      }
-    };
+  explicit Extents(const Complex& complex) : piece_(complex.cells()) {
+    std::iota(piece_.begin(), piece_.end(), 0U);
     Box whole;
-    std::map<std::int32_t, Box> parts;
+    for (std::size_t face = 0; face < complex.faces(); ++face) {
+      const auto owner = static_cast<std::uint32_t>(complex.owner[face]);
+      const auto neighbour = static_cast<std::uint32_t>(complex.neighbour[face]);
+      if (complex.neighbour[face] != Complex::outside && complex.part[owner] == complex.part[neighbour])
+        piece_[root(owner)] = root(neighbour);
+    }
+    std::map<std::uint32_t, Box> pieces;
     for (std::size_t face = 0; face < complex.faces(); ++face)
       for (const std::int32_t cell : {complex.owner[face], complex.neighbour[face]})
         if (cell != Complex::outside)
           for (const std::uint32_t p : complex.points_of(face)) {
-            parts[complex.part[static_cast<std::size_t>(cell)]].add(complex.points[p]);
+            pieces[root(static_cast<std::uint32_t>(cell))].add(complex.points[p]);
             whole.add(complex.points[p]);
           }
-    all = diagonal(whole.low, whole.high);
-    smallest_part = all;
-    for (const auto& [part, box] : parts)
-      smallest_part = std::min(smallest_part, diagonal(box.low, box.high));
+    std::map<std::int32_t, double> parts;
+    for (const auto& [piece, box] : pieces) {
+      double& size = parts[complex.part[piece]];
+      size = std::max(size, diagonal(box.low, box.high));
+    }
+    all = smallest_part = diagonal(whole.low, whole.high);
+    for (const auto& [part, size] : parts) smallest_part = std::min(smallest_part, size);
+  }
+
+ private:
+  struct Box {
+    Point low{1e308, 1e308, 1e308}, high{-1e308, -1e308, -1e308};
+    void add(const Point& p) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], p[k]);
+        high[k] = std::max(high[k], p[k]);
+      }
+    }
+  };
+  std::vector<std::uint32_t> piece_;  // of each cell: one nearer to that which stands for all of its piece
+
+  std::uint32_t root(std::uint32_t cell) {
+    while (piece_[cell] != cell) cell = piece_[cell] = piece_[piece_[cell]];
+    return cell;
   }
 };
 
@@ -168,6 +188,9 @@ class SolverMeshMaker {
           "that are as small as doubles are rounded; a larger {}clean (now {:.3g}) may absorb them",
           counted(mesh_.tetrahedra.tetrahedra.size(), "# tetrahedr[on|a]"),
           counted(shaped.turned, "# [is|are]"), dashes_, options.clean));
+    if (mesh_.tetrahedra.tetrahedra.empty())
+      throw Error(fmt::format("nothing is left to mesh: all of the solid is smaller than {}clean {:.3g}",
+                              dashes_, options.clean));
     summary_.cells_at_first = shaped.tetrahedra_at_first;
     summary_.moved_points = shaped.moved_points;
     summary_.largest_move = shaped.largest_move;
