@@ -307,6 +307,8 @@ class Shaping {
       if (improve(pass < 3 ? fair : good, true) == 0) break;
       smooth_all();
     }
+    // The worst ones, as long as that helps.
+    for (int pass = 0; pass < 10 && improve(fair, true) > 0; ++pass) smooth_all();
   }
 
   /// @param share edges shorter than this share of what is wanted go, where what is left has at least this
