@@ -230,7 +230,7 @@ std::array<std::uint32_t, 3> Editor::face_opposite(std::uint32_t t, int place) c
 }
 
 bool Editor::hollow(std::uint32_t t) {
-  constexpr int most_layers = 4;
+  constexpr int most_layers = 8;
   Change change;
   change.removed.push_back(t);
   for (int layer = 0; layer < most_layers; ++layer) {
