@@ -408,6 +408,40 @@ struct Surface {
   std::shared_ptr<const void> owner;  ///< of the arrays: they live as long as this
 };
 
+/// The surface as maximal plane faces, maximal straight edges and vertices, and what they bound: what
+/// programs for CAD and for drawings build on. p points, e edges, f faces with l loops and u sides of faces
+/// on edges, s solids with h shells, t triangles. Where parts of the solid meet, their interface is a face,
+/// too. Non-manifold where it must be: any number of faces may meet in an edge, an even one where no parts
+/// meet. The combinatorics are exact; numbers are rounded.
+struct Brep {
+  static constexpr std::int32_t outside = -2;  ///< where no part of the solid is, whatever its number
+
+  std::vector<double> points;              ///< 3 p
+  std::vector<std::uint32_t> edges;        ///< 2 e: the points at their ends
+  std::vector<double> normals;             ///< 3 f: of unit length, out of the part behind the face
+  std::vector<double> offsets;             ///< f: normal * x + offset = 0 on the face
+  std::vector<std::int32_t> parts;         ///< 2 f: behind it, and in front: `outside`, or a part
+  std::vector<std::uint32_t> loop_offset;  ///< f + 1: face i has loops [offset[i], offset[i + 1]), first the
+                                           ///< outer one, then those of holes
+  std::vector<std::uint32_t> use_offset;   ///< l + 1: likewise the edges of a loop, in its order
+  std::vector<std::uint32_t> uses;         ///< u: an edge
+  std::vector<std::uint8_t> forward;       ///< u: 1 from its first end to its second. The face is on the left
+  std::vector<double> angles;              ///< u: about the edge, from this face to the next; radians
+  std::vector<std::uint32_t> around_offset;  ///< e + 1: edge i has [offset[i], offset[i + 1]) of `around`
+  std::vector<std::uint32_t> around;         ///< u: indices of `uses`, counter-clockwise about their edge as
+                                             ///< seen from its second end
+  std::vector<std::int32_t> solid_parts;     ///< s: the part that it is a connected piece of
+  std::vector<double> solid_volumes;         ///< s
+  std::vector<std::uint32_t> shell_offset;   ///< s + 1: first the outer shell, then those of cavities
+  std::vector<double> shell_volumes;         ///< h: below 0 of a cavity
+  std::vector<std::uint32_t> side_offset;    ///< h + 1: shell i has faces [offset[i], offset[i + 1])
+  std::vector<std::uint32_t> sides;          ///< a face; one that is an interface is in two shells
+  std::vector<std::uint8_t> is_front;        ///< likewise: 1 if the shell's part is in front of the face
+  std::vector<std::uint32_t> triangles;      ///< 3 t, face by face, counter-clockwise seen against the normal
+  std::vector<std::uint32_t> triangle_faces;  ///< t
+  bool closed = false;                        ///< all faces about each edge agree on what is between them
+};
+
 /// Two IN cells that touch in more than an edge.
 struct Contact {
   std::array<std::uint64_t, 2> cell;
@@ -526,6 +560,8 @@ class BSP2_API Result {
   /// The surface; found now, if it was not. Of the master. @throws Error unless the dimension is 3 and the
   /// IN cells are held.
   [[nodiscard]] Surface surface() const;
+  /// Its faces, edges and solids. Likewise.
+  [[nodiscard]] Brep faces() const;
   /// Likewise.
   [[nodiscard]] std::vector<Contact> contacts() const;
   /// Where points are. Of the master. @param points D numbers each. @throws Error unless IN and FUZZY cells
@@ -602,7 +638,7 @@ struct Job {
   std::uint64_t cells = 0;      ///< IN cells that it found
   std::uint64_t undecided = 0;  ///< FUZZY cells that it left
   double seconds = 0;           ///< of its computation
-  std::string owner;            ///< of a running or lost one: host and process
+  std::string owner;            ///< who is, or was last seen, at it: host and process
 };
 
 /// What a worker of a queue does.
@@ -620,7 +656,7 @@ struct WorkOptions {
 };
 
 /// A model as a queue of jobs, in a folder that all machines see. Any number of processes work on one at the
-/// same time; an object is one thread's at a time.
+/// same time; an object and its copies are one thread's at a time.
 class BSP2_API JobQueue {
  public:
   /// Makes one. @param job_seconds regions share a job until it is about so much work for one thread; 0: a
@@ -632,8 +668,9 @@ class BSP2_API JobQueue {
   explicit JobQueue(std::filesystem::path folder);
 
   [[nodiscard]] const std::filesystem::path& folder() const;
-  [[nodiscard]] std::size_t size() const;       ///< jobs that it was split into
-  [[nodiscard]] std::vector<Job> jobs() const;  ///< each before those that it was divided into
+  [[nodiscard]] std::size_t size() const;  ///< jobs that it was split into
+  /// Each before those that it was divided into. Lost is one whose worker gave no sign for 120 s.
+  [[nodiscard]] std::vector<Job> jobs() const;
 
   /// Claims and evaluates jobs until none is left to take.
   /// @return whether it was stopped: what was found until then is kept. @throws Error if a file cannot be

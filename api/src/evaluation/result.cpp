@@ -175,10 +175,8 @@ Surface Result::surface() const {
     implementation_->find_surface();
     const geometry::TriangleSurface& found = *implementation_->result.boundary;
     const supersteps::BoundaryReport& figures = *implementation_->result.report.boundary;
-    const double* points = found.points.empty() ? nullptr : found.points.front().data();
-    const std::uint32_t* triangles = found.triangles.empty() ? nullptr : found.triangles.front().data();
-    return Surface{.points = {points, 3 * found.points.size()},
-                   .triangles = {triangles, 3 * found.triangles.size()},
+    return Surface{.points = flat(found.points),
+                   .triangles = flat(found.triangles),
                    .parts = found.owner,
                    .area = figures.area,
                    .closed = figures.closed,

@@ -1,14 +1,24 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "bsp2/geometry/cells/cell_batch.hpp"
 #include "bsp2/supersteps/state/run_result.hpp"
 #include "evaluation/ranks.hpp"
 
 namespace bsp2 {
+
+/// Numbers of points, or indices, without the lists they stand in.
+template <typename Number, std::size_t N>
+std::span<const Number> flat(const std::vector<std::array<Number, N>>& rows) {
+  return {rows.empty() ? nullptr : rows.front().data(), N * rows.size()};
+}
 
 class Result::Implementation {
  public:

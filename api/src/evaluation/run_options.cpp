@@ -8,11 +8,6 @@
 namespace bsp2 {
 namespace {
 
-void check_positive(const char* name, const std::optional<double>& number) {
-  if (number && !(*number > 0 && std::isfinite(*number)))
-    throw Error(std::string(name) + " is " + Value(*number).text() + "; it takes a number above 0");
-}
-
 /// What the files of an expression had to say when they were translated.
 void collect_warnings(const Expression::Node& root, std::vector<std::string>& warnings) {
   std::vector<const Expression::Node*> left{&root};
@@ -25,6 +20,11 @@ void collect_warnings(const Expression::Node& root, std::vector<std::string>& wa
 }
 
 }  // namespace
+
+void check_positive(const char* name, const std::optional<double>& number) {
+  if (number && !(*number > 0 && std::isfinite(*number)))
+    throw Error(std::string(name) + " is " + Value(*number).text() + "; it takes a number above 0");
+}
 
 supersteps::RunOptions run_options(const Options& options) {
   check_positive("tolerance", options.tolerance);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,9 @@
 #include "bsp2/supersteps/state/run_options.hpp"
 
 namespace bsp2 {
+
+/// @throws Error unless it is finite and above 0, if it is there.
+void check_positive(const char* name, const std::optional<double>& number);
 
 /// What the rooms are asked for. @throws Error for options that make no sense.
 supersteps::RunOptions run_options(const Options& options);

@@ -35,12 +35,6 @@ void check(const SolverMeshOptions& options) {
     throw Error("size: polyhedra are the cells as they are; tetrahedra have a size");
 }
 
-/// Numbers of points, or indices, without the lists they stand in.
-template <typename Number, std::size_t N>
-std::span<const Number> flat(const std::vector<std::array<Number, N>>& rows) {
-  return {rows.empty() ? nullptr : rows.front().data(), N * rows.size()};
-}
-
 }  // namespace
 
 SolverMesh Result::solver_mesh(const SolverMeshOptions& options) const {

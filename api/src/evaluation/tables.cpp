@@ -1,10 +1,19 @@
 #include "bsp2/supersteps/loop/tables.hpp"
 
+#include <string>
+#include <utility>
+
 #include "evaluation/ranks.hpp"
 #include "evaluation/run_options.hpp"
 
 namespace bsp2 {
 namespace {
+
+void check_in_range(const char* what, unsigned number, unsigned most) {
+  if (number < 1 || number > most)
+    throw Error(std::string(what) + " is " + std::to_string(number) + "; it takes 1 to " +
+                std::to_string(most));
+}
 
 std::vector<NodeFigures> figures_of(const std::vector<supersteps::NodeFigures>& nodes) {
   std::vector<NodeFigures> figures;
@@ -20,7 +29,11 @@ std::vector<ClusterTable> measure_tables(const Expression& expression,
                                          const std::vector<std::optional<unsigned>>& levels, bool with_facets,
                                          const Options& options) {
   return guarded([&] {
+    constexpr unsigned most_nodes = 4096, most_level = 65535;
     if (node_counts.empty()) throw Error("no numbers of nodes are named");
+    for (const unsigned count : node_counts) check_in_range("a number of nodes", count, most_nodes);
+    for (const auto& level : levels)
+      if (level) check_in_range("a level", *level, most_level);
     std::vector<std::string> ignored;
     const auto run = run_options(expression, options, ignored);
     std::vector<ClusterTable> tables;

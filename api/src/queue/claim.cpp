@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -99,9 +100,16 @@ std::optional<ClaimState> look_at_claim(const fs::path& file, double lease_secon
   return state;
 }
 
+std::string this_worker() {
+  static std::atomic<unsigned> count{0};
+  std::string name = this_process() + " " + std::to_string(count++);
+  std::replace(name.begin(), name.end(), ' ', '.');
+  return name;
+}
+
 void drop_lost_claim(const fs::path& file) {
   // Renamed first: of several who find it lost only one removes it, and not what another has made since.
-  fs::path aside = file.parent_path() / ("." + file.filename().string() + "." + this_process());
+  const fs::path aside = file.parent_path() / ("." + file.filename().string() + "." + this_worker());
   if (::rename(file.c_str(), aside.c_str()) == 0) ::unlink(aside.c_str());
 }
 

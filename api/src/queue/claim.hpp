@@ -50,4 +50,7 @@ void drop_lost_claim(const std::filesystem::path& file);
 /// This process, as owners are written: HOST PID.
 std::string this_process();
 
+/// For names of files that nobody else writes: of this process, and each time another.
+std::string this_worker();
+
 }  // namespace bsp2::api

@@ -50,7 +50,13 @@ std::vector<Job> JobQueue::jobs() const {
 }
 
 bool JobQueue::work(const WorkOptions& options) const {
-  return guarded([&] { return api::work_on(implementation_->queue, options); });
+  return guarded([&] {
+    check_positive("budget", options.budget);
+    if (!(options.lease >= 1 && options.lease <= 1e6))
+      throw Error("lease is " + Value(options.lease).text() + "; it takes 1 to 1000000 seconds");
+    if (options.cells && *options.cells == 0) throw Error("cells is 0; it takes a number above 0");
+    return api::work_on(implementation_->queue, options);
+  });
 }
 
 void JobQueue::join(const std::filesystem::path& snapshot, bool partial) const {

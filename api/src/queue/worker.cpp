@@ -10,6 +10,7 @@
 #include <system_error>
 #include <thread>
 #include <tuple>
+#include <utility>
 
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
@@ -106,9 +107,7 @@ class QueueWorker {
     if (!evaluator_) evaluator_ = std::make_unique<supersteps::PortionEvaluator>(queue_.plan());
     Job job = queued.job;
     job.owner = this_process();
-    std::string owner = job.owner;
-    std::replace(owner.begin(), owner.end(), ' ', '.');
-    const fs::path unnamed = queue_.folder() / "done" / ("." + job.name + "." + owner);
+    const fs::path unnamed = queue_.folder() / "done" / ("." + job.name + "." + this_worker());
     const auto found = evaluator_->evaluate(queued.portion, how_, unnamed);
     const bool is_new = commit(unnamed, queue_.result(job.name));
     tell(job, found);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <fstream>
@@ -109,6 +110,66 @@ TEST(ApiResult, FindsSurfaceAndContactsLater) {
   (void)late.cells();  // now they are held otherwise
   EXPECT_EQ(late.contacts().size(), a.size());
   EXPECT_FALSE(without.has_cells());
+}
+
+/// A block with a cavity, and a part that stands on it: volumes by formula, and by the faces themselves.
+TEST(ApiResult, HasFacesEdgesAndSolidsAsFlatArrays) {
+  const Expression solid = (cube(4) - cube(1).translate({1, 1, 1})).part("block") +
+                           cube(1).translate({1, 1, 4}).part("knob") +
+                           cube(1).translate({9, 0, 0}).part("far");
+  for (const Options& options : {Options{}, Options{.surface_only = true, .faces = true}}) {
+    const Brep faces = evaluate(solid, options).faces();
+    EXPECT_TRUE(faces.closed);
+    const std::size_t f = faces.offsets.size(), e = faces.edges.size() / 2, l = faces.use_offset.size() - 1;
+    EXPECT_EQ(f, 6U + 6 + 6 + 6) << "the side on which the knob stands has a hole, which is a face";
+    EXPECT_EQ(l, f + 1);
+    EXPECT_EQ(e, 4 * 12U);
+    EXPECT_EQ(faces.points.size(), 3 * 4 * 8U);
+    EXPECT_EQ(faces.solid_parts.size(), 3U);
+    EXPECT_EQ(faces.shell_volumes.size(), 4U);
+    std::vector<double> volumes = faces.solid_volumes;
+    std::sort(volumes.begin(), volumes.end());
+    EXPECT_NEAR(volumes[0], 1, 1e-12);
+    EXPECT_NEAR(volumes[1], 1, 1e-12);
+    EXPECT_NEAR(volumes[2], 63, 1e-12);
+    // Each loop goes through its points and comes back; each use is once around its edge.
+    for (std::size_t loop = 0; loop < l; ++loop) {
+      const auto from = [&](std::uint32_t use) {
+        return faces.edges[2 * faces.uses[use] + (faces.forward[use] ? 0 : 1)];
+      };
+      const auto to = [&](std::uint32_t use) {
+        return faces.edges[2 * faces.uses[use] + (faces.forward[use] ? 1 : 0)];
+      };
+      const std::uint32_t begin = faces.use_offset[loop], end = faces.use_offset[loop + 1];
+      for (std::uint32_t use = begin; use < end; ++use)
+        EXPECT_EQ(to(use), from(use + 1 < end ? use + 1 : begin));
+    }
+    for (std::size_t edge = 0; edge < e; ++edge) {
+      double turn = 0;
+      for (std::uint32_t i = faces.around_offset[edge]; i < faces.around_offset[edge + 1]; ++i) {
+        EXPECT_EQ(faces.uses[faces.around[i]], edge);
+        turn += faces.angles[faces.around[i]];
+      }
+      EXPECT_NEAR(turn, 2 * std::numbers::pi, 1e-9);
+    }
+    const auto interfaces = [&](std::size_t face) { return faces.parts[2 * face + 1] != Brep::outside; };
+    std::size_t count = 0;
+    for (std::size_t face = 0; face < f; ++face) count += interfaces(face) ? 1 : 0;
+    EXPECT_EQ(count, 1U);
+    EXPECT_EQ(faces.sides.size(), f + count);
+    // By the divergence theorem, from the triangles of each face.
+    double volume = 0;
+    for (std::size_t t = 0; t < faces.triangle_faces.size(); ++t) {
+      if (interfaces(faces.triangle_faces[t])) continue;
+      const auto p = [&](std::size_t k) { return &faces.points[3 * faces.triangles[3 * t + k]]; };
+      const double *a = p(0), *b = p(1), *c = p(2);
+      volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                 a[2] * (b[0] * c[1] - b[1] * c[0])) /
+                6;
+    }
+    EXPECT_NEAR(volume, 65, 1e-9);
+  }
+  EXPECT_THROW((void)evaluate(square(1)).faces(), Error);
 }
 
 TEST(ApiResult, WritesEachFormat) {
