@@ -1,7 +1,7 @@
 // The program bsp2, but it fails where the environment says:
 //   BSP2_FAIL_AT     a superstep
 //   BSP2_FAIL_RANK   on which rank
-//   BSP2_FAIL_HOW    user: bsp2::Error; ours: std::logic_error; worker: a worker thread runs out of memory;
+//   BSP2_FAIL_HOW    user: bsp2::Error; ours: std::logic_error; worker: worker threads have no memory in it;
 //                    busy: bsp2::Error, while all others are busy for a minute
 //                    stopped: SIGSTOP; asleep: for a minute; computing: for five seconds, and nothing fails
 //                    main:N or worker:N: the N-th allocation, from there on, of the main thread or of workers
@@ -54,6 +54,7 @@ int main(int argc, char** argv) {
     };
   if (variable("BSP2_FAIL_RANK") == std::to_string(ranks.rank()))
     ranks.on_superstep = [=](const std::string& name, unsigned) {
+      workers_fail = false;
       if (name != at) return;
       if (how == "user" || how == "busy") throw Error("injected mistake");
       if (how == "ours") throw std::logic_error("injected bug");

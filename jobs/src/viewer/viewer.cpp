@@ -389,7 +389,10 @@ void Viewer::pack_again_and_again() {
 }
 
 void Viewer::pack(const Picture& picture, const Send& send, unsigned ranks, int rank, bool may_stop) {
-  if (packed_run_ != picture.run) sent_.clear();
+  if (packed_run_ != picture.run) {
+    sent_.clear();
+    rank_before_.clear();
+  }
   packed_run_ = picture.run;
   std::map<std::uint32_t, Batches> regions;
   std::size_t cells = 0;
@@ -425,24 +428,26 @@ void Viewer::pack(const Picture& picture, const Send& send, unsigned ranks, int 
   if (!picture.report) pack_emptied(picture, send, rank);
 }
 
-/// What was FUZZY in a region and is all OUT now is in the picture no more, and must not stay in the page.
+/// What was FUZZY in a region and is all OUT now is in the picture no more, and must not stay in the page:
+/// the rank that has the region says so, also if another one had it when it was shown.
 void Viewer::pack_emptied(const Picture& picture, const Send& send, int rank) {
   std::set<std::uint32_t> here;
   for (const auto& batch : picture.batches)
     if (!batch->empty()) here.insert(batch->region.front());
-  for (auto at = sent_.begin(); at != sent_.end();) {
-    const std::uint32_t region = at->first;
-    const auto& ranks = picture.rank_of_region;
-    const bool is_mine = region >= ranks.size() || ranks[region] == rank;
-    if (here.contains(region)) {
-      ++at;
-      continue;
-    }
-    if (is_mine)  // else it has moved
+  std::set<std::uint32_t> emptied;
+  for (const auto& [region, state] : sent_)
+    if (!here.contains(region)) emptied.insert(region);
+  const auto& ranks = picture.rank_of_region;
+  for (std::uint32_t region = 0; region < std::min(ranks.size(), rank_before_.size()); ++region)
+    if (ranks[region] == rank && rank_before_[region] != rank && !here.contains(region))
+      emptied.insert(region);
+  for (const std::uint32_t region : emptied) {
+    if (region >= ranks.size() || ranks[region] == rank)  // else it has moved
       send("region " + std::to_string(picture.run) + " " + std::to_string(region),
            region_message(picture.run, region, {}, looks_, 0));
-    at = sent_.erase(at);
+    sent_.erase(region);
   }
+  rank_before_ = ranks;
 }
 
 /// Not too many of them: what they add to is shown, and the next picture has them in their shares.

@@ -106,6 +106,7 @@ class Viewer {
   std::size_t fresh_triangles_ = 0;  ///< since the last picture
   std::uint64_t fresh_messages_ = 0;
   std::map<std::uint32_t, std::uint64_t> sent_;  ///< region by region: what the cells were like
+  std::vector<std::int32_t> rank_before_;        ///< of each region, when they were packed last
   std::thread packer_;
   std::unique_ptr<Server> server_;  ///< goes first
 

@@ -1,6 +1,8 @@
 // Edges that become a point.
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"

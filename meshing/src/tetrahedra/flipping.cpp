@@ -1,6 +1,7 @@
 // Steps that leave the points where they are: edges and faces that give way to others.
 
 #include <algorithm>
+#include <utility>
 
 #include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"

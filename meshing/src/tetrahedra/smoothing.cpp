@@ -1,6 +1,7 @@
 // Points that are moved.
 
 #include <algorithm>
+#include <utility>
 
 #include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"

@@ -17,7 +17,6 @@ class Star {
   /// @param a, b, c such that a b c and the point are right side out. What is added first is asked first: the
   /// worst one should be.
   void add(const Point& a, const Point& b, const Point& c);
-  void clear() { spokes_.clear(); }
 
   /// The worst shape (`shape_of`) with the point at x; what is not above `enough` does not matter.
   [[nodiscard]] double worst(const Point& x, double enough) const;

@@ -265,6 +265,12 @@ class Mesher {
   }
 };
 
+int count_of_faces(const TopoDS_Shape& shape) {
+  int count = 0;
+  for (TopExp_Explorer face(shape, TopAbs_FACE); face.More(); face.Next()) ++count;
+  return count;
+}
+
 }  // namespace
 
 /// Faces whose wires touch themselves are not meshed as they are. (Those of STEP and IGES files have been
@@ -272,10 +278,15 @@ class Mesher {
 CadMesh mesh_of(const TopoDS_Shape& shape, const ReadRequest& request) {
   CadMesh mesh = Mesher().run(shape, request);
   if (mesh.faces_lost == 0) return mesh;
-  ShapeFix_Shape fix(shape);
-  fix.Perform();
-  CadMesh mended = Mesher().run(fix.Shape(), request);
-  return mended.faces_lost < mesh.faces_lost ? mended : mesh;
+  try {
+    ShapeFix_Shape fix(shape);
+    fix.Perform();
+    CadMesh mended = Mesher().run(fix.Shape(), request);
+    const bool has_all = count_of_faces(fix.Shape()) >= count_of_faces(shape);
+    return has_all && mended.faces_lost < mesh.faces_lost ? mended : mesh;
+  } catch (const Standard_Failure&) {
+    return mesh;  // what cannot be mended is told as lost
+  }
 }
 
 }  // namespace bsp2::model

@@ -429,7 +429,7 @@ bool shall_trace(const dataflow::Network<3>& network) {
 
 /// The boundary, where it is found sooner without the cells that are made, too. Collective.
 std::optional<TracedBoundary> boundary_before_cells(Ranks& ranks, dataflow::Network<3>& network,
-                                                    const RunOptions& options, unsigned threads) {
+                                                    const RunOptions& options, RunReport& report) {
   const bool is_wanted = options.traces_boundary && options.boundary && options.collect_cells &&
                          options.keep_in && !options.contacts &&
                          !options.surface_only;  // which has been tried
@@ -439,9 +439,13 @@ std::optional<TracedBoundary> boundary_before_cells(Ranks& ranks, dataflow::Netw
     return std::nullopt;
   const auto hyperplanes = static_cast<geometry::HyperplaneId>(network.table.size());
   std::optional<TracedBoundary> traced;
-  const auto failed = attempt(ranks, [&] { traced = trace_boundary(ranks, network, options, threads); });
+  const auto failed =
+      attempt(ranks, [&] { traced = trace_boundary(ranks, network, options, report.threads); });
   network.table.take_back(hyperplanes);
   if (failed && geometry::Interruption::is_wanted()) throw geometry::Interrupted();
+  if (failed)
+    report.notes.push_back("the surface could not be found before the cells (" + failed->text +
+                           "), and is found from them");
   return failed ? std::nullopt : std::move(traced);
 }
 
@@ -508,7 +512,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     if (auto surface = run_without_cells(ranks, *own, options, source, report)) return std::move(*surface);
 
   std::optional<TracedBoundary> traced;
-  if constexpr (D == 3) traced = boundary_before_cells(ranks, *own, options, report.threads);
+  if constexpr (D == 3) traced = boundary_before_cells(ranks, *own, options, report);
 
   ranks.begin("distribution");
   auto [progress, rank_of_region] =

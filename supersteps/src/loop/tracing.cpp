@@ -64,7 +64,7 @@ dataflow::TracedSurface share_of_surface(Ranks& ranks, dataflow::Network<3>& net
 std::optional<TracedBoundary> trace_boundary(Ranks& ranks, dataflow::Network<3>& network,
                                              const RunOptions& options, unsigned threads) {
   constexpr double traced_share = 0.6;  // of the time
-  ranks.begin("resolution");
+  ranks.agree([&] { ranks.begin("resolution"); });
   RunOptions traced_options = options;
   traced_options.interrupted = [&] {
     return geometry::Interruption::is_wanted() || (options.interrupted && options.interrupted());

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -22,8 +24,8 @@ struct Seen {
 /// How much light the surroundings keep away from each pixel, 0 to 255: corners and gaps are darker.
 ///
 /// Ambient occlusion by what is seen within `Lighting::radius`; a length of the model, so it is the same from
-/// wherever one looks. Rows come from the top, and go once all that they depend on is there: so a fifth of a
-/// picture is in memory, not all of it. Source: McGuire, Osman, Bukowski, Hennessy, "The alchemy screen-space
+/// wherever one looks. Rows come from the top, and go once all that they depend on is there: of a square
+/// picture a quarter is in memory. Source: McGuire, Osman, Bukowski, Hennessy, "The alchemy screen-space
 /// ambient obscurance algorithm" (2011).
 class Occlusion {
  public:

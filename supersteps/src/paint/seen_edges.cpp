@@ -1,12 +1,14 @@
 #include "paint/seen_edges.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <set>
 #include <span>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 namespace bsp2::supersteps {
 namespace {

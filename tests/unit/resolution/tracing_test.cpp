@@ -186,8 +186,9 @@ TEST(Tracing, MeshesHaveTheSurfaceOfTheirCells) {
 /// own.
 TEST(Tracing, MeshesWithFewFlatPlacesHaveTheSurfaceOfTheirCells) {
   std::size_t compared = 0;
-  const std::size_t rounds = samples::rounds(8U);
-  for (std::size_t round = 0; round < rounds; ++round) {
+  const std::size_t wanted = samples::rounds(4U);
+  for (int round = 0; compared < wanted; ++round) {
+    ASSERT_LT(round, static_cast<int>(60 + 20 * wanted)) << "hardly any of the random balls can be traced";
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
@@ -197,12 +198,13 @@ TEST(Tracing, MeshesWithFewFlatPlacesHaveTheSurfaceOfTheirCells) {
     ASSERT_TRUE(r.network.meshes.at(0).is_exact);
     EXPECT_EQ(compile<3>(ball, {}).table.size(), compile<3>(ball, {.coincidence = 0}).table.size());
     const auto surface = traced(r.network, 1, 1);
-    if (!surface) continue;
+    if (!surface) {
+      if (std::getenv("BSP2_SEED") != nullptr) return;  // the same ball again
+      continue;
+    }
     ++compared;
     ASSERT_NO_FATAL_FAILURE(expect_equal(*surface, r.surface));
   }
-  if (std::getenv("BSP2_SEED") != nullptr) return;
-  EXPECT_GT(compared, rounds / 3);
 }
 
 /// A few shapes of many facets, each in many places: turned, mirrored, and moved by whole steps, so that they
