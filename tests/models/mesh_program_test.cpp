@@ -1,8 +1,13 @@
 // `bsp2 mesh` from the model to the file: what each file says of the mesh, read back as text.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -13,8 +18,10 @@
 #include <random>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "support/listening.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
@@ -74,6 +81,62 @@ TEST_F(MeshProgram, FilesHoldVolumesAndGroups) {
   for (const char* line : {"TYPE=C3D10, ELSET=a\n", "TYPE=C3D10, ELSET=b\n",
                            "*SURFACE, NAME=a_b, TYPE=ELEMENT\n", "*NSET, NSET=a_outside\n"})
     EXPECT_NE(inp.find(line), std::string::npos) << line;
+}
+
+/// The program, to be ended by a signal. What it says goes to a file.
+class Meshing {
+ public:
+  Meshing(const std::vector<std::string>& arguments, const fs::path& output) : output_(output) {
+    child_ = fork();
+    if (child_ != 0) return;
+    const int out = open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    dup2(out, STDOUT_FILENO);
+    dup2(out, STDERR_FILENO);
+    std::vector<char*> words{const_cast<char*>(BSP2_PROGRAM), const_cast<char*>("mesh")};
+    for (const std::string& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    execv(BSP2_PROGRAM, words.data());
+    _exit(127);
+  }
+  /// Sends a signal when it has been handled for so long. @return how it ended within a minute, else killed.
+  MeshEnded end(int signal, std::chrono::milliseconds after) {
+    samples::wait_for_handler(child_, signal);
+    std::this_thread::sleep_for(after);
+    kill(child_, signal);
+    int status = 0;
+    for (const auto late = Clock::now() + std::chrono::minutes(1); waitpid(child_, &status, WNOHANG) == 0;
+         std::this_thread::sleep_for(std::chrono::milliseconds(5)))
+      if (Clock::now() > late) kill(child_, SIGKILL);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content_of(output_)};
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  fs::path output_;
+  pid_t child_;
+};
+
+/// Of millions of tetrahedra, which take many minutes; and the answer of an earlier run stays.
+TEST_F(MeshProgram, ASignalEndsItAndNothingIsWritten) {
+  const fs::path file = folder_.path() / "a.msh";
+  std::ofstream(file) << "earlier";
+  std::chrono::milliseconds delay(200);
+  int in_the_mesh = 0;
+  for (const int signal : {SIGTERM, SIGINT, SIGUSR1, SIGTERM, SIGTERM, SIGTERM}) {
+    Meshing meshing({model_, "-o", file, "--size", "0.01", "--report", report_}, folder_.path() / "text");
+    const MeshEnded ended = meshing.end(signal, delay);
+    EXPECT_EQ(ended.code, 75) << ended.text;
+    EXPECT_EQ(content_of(file), "earlier");
+    EXPECT_FALSE(fs::exists(report_));
+    for (const auto& entry : fs::directory_iterator(folder_.path()))
+      EXPECT_NE(entry.path().filename().string().front(), '.') << entry.path();
+    const bool is_told =
+        ended.text.find("interrupted; '" + file.string() + "' is not written") != std::string::npos;
+    in_the_mesh += is_told ? 1 : 0;
+    if (in_the_mesh == 3) return;
+    if (!is_told) delay *= 4;  // the cells were not there yet
+  }
+  EXPECT_GT(in_the_mesh, 0);
 }
 
 TEST_F(MeshProgram, GroupsAreHalfSpacesColoursAndSmoothPieces) {

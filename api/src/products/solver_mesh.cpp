@@ -14,6 +14,7 @@
 #include "bsp2/api/products/group_rule.hpp"
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
 #include "bsp2/meshing/groups/groups.hpp"
 #include "bsp2/meshing/sizes/size_field.hpp"
@@ -52,13 +53,15 @@ struct Extents {
         piece_[root(owner)] = root(neighbour);
     }
     std::map<std::uint32_t, Box> pieces;
-    for (std::size_t face = 0; face < complex.faces(); ++face)
+    for (std::size_t face = 0; face < complex.faces(); ++face) {
+      geometry::Interruption::check();
       for (const std::int32_t cell : {complex.owner[face], complex.neighbour[face]})
         if (cell != Complex::outside)
           for (const std::uint32_t p : complex.points_of(face)) {
             pieces[root(static_cast<std::uint32_t>(cell))].add(complex.points[p]);
             whole.add(complex.points[p]);
           }
+    }
     std::map<std::int32_t, double> parts;
     for (const auto& [piece, box] : pieces) {
       double& size = parts[complex.part[piece]];

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "bsp2/geometry/support/interruption.hpp"
+
 namespace bsp2::geometry {
 namespace {
 
@@ -241,7 +243,10 @@ void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> fac
   margin_ = 8 * largest_error + 0x1p-48 * exact_.table().radius();
   build(candidates);
   inner_.clear();
-  for (std::uint32_t i = 0; i < segments_.size(); ++i) find(points, i, candidates, 0, 1);
+  for (std::uint32_t i = 0; i < segments_.size(); ++i) {
+    Interruption::check();
+    find(points, i, candidates, 0, 1);
+  }
   if (inner_.empty()) return;
   sort_inner(points);
 

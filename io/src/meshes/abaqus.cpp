@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <map>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "meshes/formats.hpp"
 #include "meshes/mesh_text.hpp"
@@ -24,13 +25,15 @@ struct ElementFace {
 std::vector<ElementFace> faces_of(const SolverMesh& mesh) {
   constexpr std::array<std::array<int, 3>, 4> corners{{{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}};
   std::vector<ElementFace> faces;
-  for (std::size_t i = 0; i < mesh.tetrahedra.tetrahedra.size(); ++i)
+  for (std::size_t i = 0; i < mesh.tetrahedra.tetrahedra.size(); ++i) {
+    geometry::Interruption::check();
     for (int f = 0; f < 4; ++f) {
       Triangle points;
       for (std::size_t k = 0; k < 3; ++k) points[k] = mesh.tetrahedra.tetrahedra[i][corners[f][k]];
       std::sort(points.begin(), points.end());
       faces.push_back({points, i, f + 1});
     }
+  }
   std::sort(faces.begin(), faces.end(), [&](const ElementFace& a, const ElementFace& b) {
     return std::pair(a.points, mesh.volume[a.element]) < std::pair(b.points, mesh.volume[b.element]);
   });

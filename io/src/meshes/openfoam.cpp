@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <set>
 
+#include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "meshes/formats.hpp"
 #include "meshes/mesh_text.hpp"
@@ -33,15 +34,10 @@ class FoamWriter {
   }
 
   void run() {
-    make_folder(folder_ / "constant" / "polyMesh");
+    make_folder(folder_);
+    write_mesh();
     make_folder(folder_ / "system");
-    write_points();
-    write_faces();
-    write_labels("owner", complex_.owner, order_.size());
-    write_labels("neighbour", complex_.neighbour, inner_);
-    write_boundary();
-    write_cell_zones();
-    write_face_zones();
+
     // checkMesh and the like ask for these; whoever has some keeps them.
     write_dictionary("controlDict",
                      "application     none;\nstartFrom       startTime;\nstartTime       0;\nstopAt          "
@@ -62,6 +58,30 @@ class FoamWriter {
   std::vector<std::uint32_t> order_;  // of faces in the files
   std::vector<std::size_t> first_;    // of each group
   std::size_t inner_ = 0;
+  fs::path scratch_;  // where files are until all are written
+
+  /// A case whose files are written again, and not to the end, stays as it was.
+  void write_mesh() {
+    const TemporaryDirectory scratch(folder_);
+    scratch_ = scratch.path();
+    write_points();
+    write_faces();
+    write_labels("owner", complex_.owner, order_.size());
+    write_labels("neighbour", complex_.neighbour, inner_);
+    write_boundary();
+    write_cell_zones();
+    write_face_zones();
+    const fs::path target = folder_ / "constant" / "polyMesh";
+    make_folder(target);
+    for (const auto& file : fs::directory_iterator(scratch_)) move(file.path(), target);
+  }
+
+  static void move(const fs::path& file, const fs::path& folder) {
+    const fs::path target = folder / file.filename();
+    std::error_code error;
+    fs::rename(file, target, error);
+    if (error) throw Error("cannot write '" + target.string() + "': " + error.message());
+  }
 
   void header(MeshText& text, std::string_view type, std::string_view object,
               std::string_view location = "constant/polyMesh") const {
@@ -70,9 +90,7 @@ class FoamWriter {
          << " nFaces:" << complex_.faces() << " nInternalFaces:" << inner_ << "\";\n    location    \""
          << location << "\";\n    object      " << object << ";\n}\n\n";
   }
-  void write(const char* name, const MeshText& text) const {
-    write_file(folder_ / "constant" / "polyMesh" / name, text.text());
-  }
+  void write(const char* name, const MeshText& text) const { write_file(scratch_ / name, text.text()); }
 
   void write_dictionary(const char* name, std::string_view content) const {
     if (fs::exists(folder_ / "system" / name)) return;

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "meshes/formats.hpp"
 
 namespace bsp2::io {
@@ -31,6 +32,7 @@ void add_middles(SolverMesh& mesh) {
     points.push_back(p);
   }
   for (const auto& t : mesh.tetrahedra.tetrahedra) {
+    geometry::Interruption::check();
     auto& own = mesh.middles.emplace_back();
     for (std::size_t i = 0; i < ends.size(); ++i) own[i] = middle(t[ends[i][0]], t[ends[i][1]]);
   }

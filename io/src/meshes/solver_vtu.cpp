@@ -2,6 +2,7 @@
 #include <bit>
 #include <span>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "meshes/formats.hpp"
 #include "meshes/mesh_text.hpp"
@@ -60,6 +61,7 @@ class VtuText {
 
   void find_tetrahedra() {
     for (std::size_t i = 0; i < mesh_.tetrahedra.tetrahedra.size(); ++i) {
+      geometry::Interruption::check();
       const auto& t = mesh_.tetrahedra.tetrahedra[i];
       connectivity_.insert(connectivity_.end(), t.begin(), t.end());
       if (!mesh_.middles.empty())
@@ -77,6 +79,7 @@ class VtuText {
         if (cell != meshing::Complex::outside) faces[static_cast<std::size_t>(cell)].push_back(face);
     std::vector<std::uint32_t> points;
     for (std::size_t cell = 0; cell < faces.size(); ++cell) {
+      geometry::Interruption::check();
       points.clear();
       faces_.push_back(static_cast<std::int64_t>(faces[cell].size()));
       for (const std::uint32_t face : faces[cell]) {

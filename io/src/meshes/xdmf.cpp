@@ -1,4 +1,5 @@
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "meshes/formats.hpp"
 #include "meshes/mesh_text.hpp"
@@ -22,6 +23,7 @@ class XdmfWriter {
     const bool is_second = !mesh_.middles.empty();
     const std::size_t corners = is_second ? 10 : 4, corners_2 = is_second ? 6 : 3;
     for (std::size_t i = 0; i < tets.tetrahedra.size(); ++i) {
+      geometry::Interruption::check();
       cells_.insert(cells_.end(), tets.tetrahedra[i].begin(), tets.tetrahedra[i].end());
       if (is_second) cells_.insert(cells_.end(), mesh_.middles[i].begin(), mesh_.middles[i].end());
     }

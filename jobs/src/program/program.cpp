@@ -18,6 +18,7 @@
 #include "answers/summary.hpp"
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
@@ -59,6 +60,8 @@ std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
 void tell_interruption(const RunCommand& command, spdlog::logger& log) {
   if (command.film)
     log.warn("interrupted; '{}' is not written", command.picture->string());
+  else if (command.solver_mesh)
+    log.warn("interrupted; '{}' is not written", command.solver_mesh->output.string());
   else if (const auto& snapshot = command.options.snapshot)
     log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}{}'", snapshot->string(),
              snapshot->string(), command.folder ? " -o " + command.folder->string() : "");
@@ -125,15 +128,30 @@ class FollowedSupersteps {
   std::function<void(const std::string&, unsigned)> before_;
 };
 
-/// The mesh for solvers, on the master, which has all cells. Collective.
+/// What the master says, on all ranks. Collective.
+bool told_by_master(bool said, supersteps::Ranks& ranks) {
+  if (ranks.is_master())
+    for (int rank = 1; rank < ranks.count(); ++rank) ranks.send(rank, said ? "yes" : "no");
+  ranks.sync();
+  return ranks.is_master() ? said : ranks.received().front().bytes == "yes";
+}
+
+/// The mesh for solvers, on the master, which has all cells; a signal ends it. Collective.
 std::optional<MeshSummary> mesh_cells(const RunCommand& command, supersteps::RunResult& result,
                                       supersteps::Ranks& ranks) {
   std::optional<MeshSummary> summary;
+  bool is_over = false;
   ranks.agree([&] {
     if (!ranks.is_master()) return;
-    command.on_writing(command.solver_mesh->output);
-    summary = make_solver_mesh(*command.solver_mesh, result);
+    const geometry::Interruption by_signal(command.options.interrupted);
+    try {
+      command.on_writing(command.solver_mesh->output);
+      summary = make_solver_mesh(*command.solver_mesh, result);
+    } catch (const geometry::Interrupted&) {
+      is_over = true;
+    }
   });
+  result.report.interrupted = told_by_master(is_over, ranks);
   return summary;
 }
 
@@ -187,7 +205,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   supersteps::RunResult result = run(command.options, ranks);
   for (const auto& failed : {step_failures.frames, step_failures.series})
     if (failed) result.report.failed.push_back(*failed);
-  if (result.report.interrupted) {
+  const auto end_early = [&] {
     bar.clear();
     const int code = tell_failed(result.report, log);
     const auto is_snapshot = [&](const supersteps::FailedOutput& failed) {
@@ -196,7 +214,8 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     if (std::any_of(result.report.failed.begin(), result.report.failed.end(), is_snapshot)) return code;
     tell_interruption(command, log);
     return interrupted_code;
-  }
+  };
+  if (result.report.interrupted) return end_early();
   if (command.points && ranks.is_master()) {
     bar.clear();
     print_answers(out, command.options.points, result.answers, result.report.dimension, command.json,
@@ -206,6 +225,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   if (!cells_are_written) write_cells(command, result, ranks);
   std::optional<MeshSummary> mesh;
   if (command.solver_mesh) mesh = mesh_cells(command, result, ranks);
+  if (result.report.interrupted) return end_early();
   write_results(command, result, ranks,
                 [&](const std::string& report) { return mesh ? with_mesh(report, *mesh) : report; });
   bar.clear();

@@ -115,6 +115,7 @@ class ComplexMaker {
     std::vector<std::vector<std::uint32_t>> points(complex_.part.size());
     FacetSet set;
     for (std::size_t i = 0, at = 0; i < index_.size(); ++i) {
+      geometry::Interruption::check();
       set.clear(index_.hyperplane(i));
       index_.append(i, set);
       for (std::size_t facet = 0; facet < set.facets.size(); ++facet)
@@ -200,6 +201,7 @@ class ComplexMaker {
     const geometry::EdgeChain chain = divided(sides, begin);
     std::vector<std::uint32_t> cycle;
     for (const Face& face : faces_) {
+      geometry::Interruption::check();
       const Polygon& polygon = face.piece.polygon;
       cycle.clear();
       for (std::size_t k = 0; k < polygon.size(); ++k) {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
 
 namespace bsp2::meshing {
@@ -104,6 +105,7 @@ void PlaneOverlay::run(HyperplaneId plane, std::vector<PlaneFacet>& facets, std:
   std::array<std::vector<Facet*>, 2> active;
   std::array<std::size_t, 2> next{};
   while (next[0] < sides[0].size() || next[1] < sides[1].size()) {
+    geometry::Interruption::check();
     const int which =
         next[1] >= sides[1].size() ||
                 (next[0] < sides[0].size() && sides[0][next[0]].low[axis] <= sides[1][next[1]].low[axis])

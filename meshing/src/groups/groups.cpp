@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 #include "simplices/shape.hpp"
 
@@ -121,6 +122,7 @@ bool Groups::holds(const GroupRule::Condition& condition, const Point& point) co
 
 std::int32_t Groups::group_of(std::int32_t part, std::int32_t other, std::span<const std::uint32_t> corners,
                               std::span<const Point> points) {
+  geometry::Interruption::check();
   const bool is_interface = other != PlaneSide::nothing;
   std::string name = part_names_.empty() ? "outside" : name_of(part) + "|" + name_of(other);
   const auto follows = [&](const GroupRule& rule) {
@@ -163,6 +165,7 @@ void Groups::divide(std::span<const GroupFace> faces, std::vector<std::int32_t>&
     Pieces pieces = smooth_pieces(faces, some, *rule->angle);
     std::map<std::size_t, std::int32_t> group_of_piece;
     for (const std::size_t face : some) {
+      geometry::Interruption::check();
       const std::size_t piece = pieces.of(face);
       const auto [entry, is_new] = group_of_piece.try_emplace(piece, static_cast<std::int32_t>(number));
       if (is_new) {

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"
 
@@ -46,6 +47,7 @@ bool Editor::keeps_topology(std::uint32_t u, std::uint32_t v, const Ring& ring) 
     });
   };
   for (const std::uint32_t t : star_[u]) {
+    geometry::Interruption::check();
     const Tetrahedron& tet = tetrahedra_[t];
     if (tet.place_of(v) >= 0) continue;
     const int at = tet.place_of(u);

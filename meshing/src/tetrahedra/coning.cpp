@@ -3,6 +3,7 @@
 #include <tuple>
 #include <utility>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 
 namespace bsp2::meshing {
@@ -15,12 +16,16 @@ class Coning {
   Tetrahedra run() {
     std::vector<std::vector<std::uint32_t>> faces(complex_.cells());
     for (std::uint32_t face = 0; face < complex_.faces(); ++face) {
+      geometry::Interruption::check();
       fan(face);
       faces[static_cast<std::size_t>(complex_.owner[face])].push_back(face);
       if (complex_.neighbour[face] != Complex::outside)
         faces[static_cast<std::size_t>(complex_.neighbour[face])].push_back(face);
     }
-    for (std::uint32_t cell = 0; cell < faces.size(); ++cell) cone(cell, faces[cell]);
+    for (std::uint32_t cell = 0; cell < faces.size(); ++cell) {
+      geometry::Interruption::check();
+      cone(cell, faces[cell]);
+    }
     return std::move(mesh_);
   }
 
@@ -146,6 +151,7 @@ Complex complex_of(const Tetrahedra& mesh, std::vector<std::uint32_t>& triangle_
   std::sort(triangles.begin(), triangles.end());
   std::vector<Pair> pairs;
   for (std::size_t i = 0; i < faces.size(); ++i) {
+    geometry::Interruption::check();
     const bool has_two = i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted;
     const auto triangle =
         std::lower_bound(triangles.begin(), triangles.end(), std::pair(faces[i].sorted, 0U));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "simplices/shape.hpp"
 
 namespace bsp2::meshing {
@@ -30,6 +31,7 @@ Editor::Editor(const Tetrahedra& mesh) : sides_(mesh.sides), points_(mesh.points
   settled_.resize(points_.size(), 0);
   tetrahedra_.reserve(mesh.tetrahedra.size());
   for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
+    geometry::Interruption::check();
     const Corners& p = mesh.tetrahedra[i];
     Sides sides;
     for (int k = 0; k < 4; ++k) {
@@ -40,7 +42,10 @@ Editor::Editor(const Tetrahedra& mesh) : sides_(mesh.sides), points_(mesh.points
     add(p, sides, mesh.part[i]);
   }
   kind_.resize(points_.size(), inside);
-  for (std::uint32_t p = 0; p < points_.size(); ++p) kind_[p] = find_kind(p);
+  for (std::uint32_t p = 0; p < points_.size(); ++p) {
+    geometry::Interruption::check();
+    kind_[p] = find_kind(p);
+  }
 }
 
 Tetrahedra Editor::result() const {

@@ -89,6 +89,7 @@ class Shaping {
     std::sort(near.begin(), near.end());
     near.erase(std::unique(near.begin(), near.end()), near.end());
     for (const std::uint32_t p : near) {
+      Interruption::check();
       const std::vector<std::uint32_t> star(editor_.star(p).begin(), editor_.star(p).end());
       for (const std::uint32_t t : star)
         if (!editor_.at(t).is_gone() && editor_.at(t).shape > 0 && editor_.at(t).shape < fair)
@@ -231,6 +232,7 @@ class Shaping {
     std::vector<std::pair<double, Pair>> found;
     for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
       if (editor_.star(p).empty()) continue;
+      Interruption::check();
       for (const std::uint32_t q : editor_.neighbours(p))
         if (p < q)
           if (const double length = editor_.length(p, q); is_wanted(length, wanted(p, q)))
@@ -267,6 +269,7 @@ class Shaping {
     std::priority_queue<Item, std::vector<Item>, std::greater<>> open;
     for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
       if (editor_.star(p).empty()) continue;
+      Interruption::check();
       const double size = size_at(p);
       wanted_[p] = size;
       if (with_features && editor_.kind(p) == Editor::corner)
@@ -276,6 +279,7 @@ class Shaping {
       open.emplace(wanted_[p], p);
     }
     while (!open.empty()) {
+      Interruption::check();
       const auto [length, p] = open.top();
       open.pop();
       if (length > wanted_[p]) continue;

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"
 
@@ -73,7 +74,8 @@ std::vector<Editor::FaceUse> Editor::uses_of(const Change& change) const {
   for (const FaceUse& use : uses) faces.push_back(use.face);
   std::sort(faces.begin(), faces.end());
   faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-  for (const auto& [a, b, c] : faces)
+  for (const auto& [a, b, c] : faces) {
+    geometry::Interruption::check();
     for (const std::uint32_t t : star_[a]) {
       const Tetrahedron& tet = tetrahedra_[t];
       if (tet.place_of(b) < 0 || tet.place_of(c) < 0) continue;
@@ -81,6 +83,7 @@ std::vector<Editor::FaceUse> Editor::uses_of(const Change& change) const {
       add(FaceUse::kept, t, tet.point, tet.side, tet.part,
           6 - tet.place_of(a) - tet.place_of(b) - tet.place_of(c));
     }
+  }
   std::sort(uses.begin(), uses.end(), [](const FaceUse& x, const FaceUse& y) {
     return std::tie(x.face, x.from, x.index) < std::tie(y.face, y.from, y.index);
   });
@@ -201,6 +204,7 @@ bool Editor::find_inside(const std::vector<std::array<std::uint32_t, 3>>& faces,
   for (double wanted = reach / 16; wanted > reach * 1e-9; wanted /= 8) {
     Point x = start;
     for (int step = 0; step < 100; ++step) {
+      geometry::Interruption::check();
       double least = wanted;
       const Plane* worst = nullptr;
       for (const Plane& plane : planes)
@@ -238,7 +242,8 @@ bool Editor::hollow(std::uint32_t t) {
     std::vector<std::int32_t> sides;
     std::vector<std::uint32_t> next;
     Point middle{};
-    for (const std::uint32_t own : change.removed)
+    for (const std::uint32_t own : change.removed) {
+      geometry::Interruption::check();
       for (int k = 0; k < 4; ++k) {
         const std::int32_t side = tetrahedra_[own].side[k];
         const std::uint32_t other = side == inner ? beyond(own, k) : none;
@@ -249,6 +254,7 @@ bool Editor::hollow(std::uint32_t t) {
         for (const std::uint32_t p : faces.back())
           for (std::size_t i = 0; i < 3; ++i) middle[i] += points_[p][i];
       }
+    }
     for (double& x : middle) x /= static_cast<double>(3 * faces.size());
     const std::uint32_t m = add_point(middle, inside);
     const auto fill = [&](const Point& x) {

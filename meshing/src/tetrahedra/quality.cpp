@@ -1,5 +1,6 @@
 #include <numbers>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 #include "simplices/shape.hpp"
 
@@ -24,6 +25,7 @@ Quality quality_of(const Tetrahedra& mesh) {
   Quality quality;
   double sum = 0, sum_of_aspects = 0;
   for (const auto& t : mesh.tetrahedra) {
+    geometry::Interruption::check();
     const std::array<const Point*, 4> p{&mesh.points[t[0]], &mesh.points[t[1]], &mesh.points[t[2]],
                                         &mesh.points[t[3]]};
     if (orientation(*p[0], *p[1], *p[2], *p[3]) <= 0) ++quality.turned;

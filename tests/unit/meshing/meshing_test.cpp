@@ -1,6 +1,7 @@
 // Meshes for solvers, of random solids: what must hold of any, against the cells themselves.
 
 #include <gtest/gtest.h>
+#include <time.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +12,7 @@
 #include <set>
 #include <vector>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
 #include "bsp2/meshing/groups/groups.hpp"
 #include "bsp2/meshing/simplices/orientation.hpp"
@@ -295,6 +297,75 @@ TEST(Shape, ABlockOfOneSizeIsGood) {
   const Quality quality = quality_of(mesh);
   EXPECT_GT(quality.smallest_angle, 5);
   EXPECT_LT(quality.tetrahedra_below[2], mesh.tetrahedra.size() / 100);
+}
+
+/// Runs a phase that is asked to end at the n-th question. @return how often it asked, or 0 if it did end.
+template <typename Phase>
+std::uint64_t questions(std::uint64_t n, const Phase& phase) {
+  std::uint64_t asked = 0;
+  const geometry::Interruption stop([&] { return ++asked == n; }, std::chrono::milliseconds(0));
+  try {
+    phase();
+  } catch (const geometry::Interrupted&) {
+    EXPECT_EQ(asked, n);
+    return 0;
+  }
+  return asked;
+}
+
+/// Each phase asks for each thing that it goes through, and ends at whichever question it is told to.
+TEST(Interruption, EndsEachPhase) {
+  const std::uint64_t seed = dataflow::new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  const auto place = model::cuboid({2, 2, 2}, true);  // so that it is not empty
+  const auto solid = solid_of(model::unite({place, random_solid(random, Kind::solids)}));
+  const Complex complex = conforming_complex(solid.network.table, solid.batches);
+  const Tetrahedra mesh = tetrahedra_of(complex);
+  const auto check = [&](const char* name, std::size_t things, const auto& phase) {
+    SCOPED_TRACE(name);
+    const std::uint64_t all = questions(0, phase);
+    EXPECT_GE(all, things);
+    ASSERT_GT(all, 0U);
+    EXPECT_EQ(questions(1 + random() % all, phase), 0U);
+  };
+  check("complex", complex.faces(), [&] { (void)conforming_complex(solid.network.table, solid.batches); });
+  check("cones", complex.faces() + complex.cells(), [&] { (void)tetrahedra_of(complex); });
+  check("quality", mesh.tetrahedra.size(), [&] { (void)quality_of(mesh); });
+  for (const double size : {0.0, 1.0})
+    check("shape", mesh.tetrahedra.size(), [&] {
+      Tetrahedra copy = mesh;
+      (void)shape(copy, {.clean = 1e-6, .size = size});
+    });
+  check("cells", 2 * mesh.tetrahedra.size(), [&] {
+    std::vector<std::uint32_t> triangles;
+    (void)complex_of(mesh, triangles);
+  });
+}
+
+double own_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// No long work goes on without a question: by time of this thread, which does not pass while others work.
+TEST(Interruption, IsAskedForAllTheTime) {
+  const auto solid =
+      solid_of(model::subtract({model::cuboid({10, 6, 2}, false), model::cylinder(9, 3, 3, 24, false)}));
+  Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+  const double begin = own_seconds();
+  double last = begin, longest = 0;
+  const auto note = [&] {
+    const double now = own_seconds();
+    longest = std::max(longest, now - last);
+    last = now;
+    return false;
+  };
+  const geometry::Interruption stop(note, std::chrono::milliseconds(0));
+  shape(mesh, {.clean = 1e-6, .size = 0.5});
+  note();
+  EXPECT_LT(longest, (last - begin) / 4);
 }
 
 TEST(SizeField, IsThatOfTheNearestPoint) {

@@ -17,8 +17,10 @@ class Interrupted : public Error {
 /// the other, the innermost is asked. Thread rule: made, asked and gone on one thread.
 class Interruption {
  public:
-  /// @param asked whether to end; called at most twenty times a second, until it says so. Empty: never.
-  explicit Interruption(std::function<bool()> asked);
+  /// @param asked whether to end, until it says so. Empty: never. @param seldom it is called again after this
+  /// time at the earliest.
+  explicit Interruption(std::function<bool()> asked,
+                        std::chrono::milliseconds seldom = std::chrono::milliseconds(50));
   ~Interruption();
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;
@@ -35,6 +37,7 @@ class Interruption {
  private:
   using Clock = std::chrono::steady_clock;
   std::function<bool()> asked_;
+  std::chrono::milliseconds seldom_;
   Clock::time_point last_{};
   bool is_over_ = false;
   Interruption* outer_;
