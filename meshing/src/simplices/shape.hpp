@@ -20,7 +20,8 @@ inline double squared_distance(const Point& a, const Point& b) {
 
 /// Normals of the faces opposite of each corner, outward if the tetrahedron is right side out, as long as the
 /// faces' areas are twice.
-inline std::array<Point, 4> normals_of(const Point& a, const Point& b, const Point& c, const Point& d) {
+[[gnu::always_inline]] inline std::array<Point, 4> normals_of(const Point& a, const Point& b, const Point& c,
+                                                              const Point& d) {
   const Point ab = b - a, ac = c - a, ad = d - a, bc = c - b, bd = d - b;
   return {cross(bc, bd), cross(ad, ac), cross(ab, ad), cross(ac, ab)};
 }

@@ -81,14 +81,18 @@ double Editor::length(std::uint32_t u, std::uint32_t v) const {
   return std::sqrt(squared_distance(points_[u], points_[v]));
 }
 
-std::vector<std::uint32_t> Editor::neighbours(std::uint32_t p) const {
-  std::vector<std::uint32_t> all;
-  all.reserve(star_[p].size());
-  seen_.resize(points_.size(), 0);
+void Editor::find_neighbours(std::uint32_t p, std::vector<std::uint32_t>& all) const {
+  all.clear();
+  if (seen_.size() < points_.size()) seen_.resize(2 * points_.size(), 0);
   seen_[p] = ++call_;
   for (const std::uint32_t t : star_[p])
     for (const std::uint32_t q : tetrahedra_[t].point)
       if (std::exchange(seen_[q], call_) != call_) all.push_back(q);
+}
+
+std::vector<std::uint32_t> Editor::neighbours(std::uint32_t p) const {
+  std::vector<std::uint32_t> all;
+  find_neighbours(p, all);
   std::sort(all.begin(), all.end());
   return all;
 }
@@ -182,6 +186,7 @@ void Editor::set_side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::in
 
 Editor::Ring Editor::ring_of(std::uint32_t u, std::uint32_t v) const {
   Ring ring;
+  ring.tetrahedra.reserve(8);
   for (const std::uint32_t t : star_[u]) {
     const Tetrahedron& tet = tetrahedra_[t];
     const int iv = tet.place_of(v);

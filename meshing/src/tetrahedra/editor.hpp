@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
+#include "tetrahedra/star.hpp"
 
 namespace bsp2::meshing {
-
-class Star;
 
 /// A mesh that is changed step by step: edges collapse, are split or removed, faces are flipped, points move.
 ///
@@ -44,7 +43,9 @@ class Editor {
   [[nodiscard]] const Point& point(std::uint32_t p) const { return points_[p]; }
   [[nodiscard]] Kind kind(std::uint32_t p) const { return kind_[p]; }
   [[nodiscard]] std::span<const std::uint32_t> star(std::uint32_t p) const { return star_[p]; }
-  [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t p) const;
+  [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t p) const;  ///< ascending
+  /// The same in any order, in memory that is used again.
+  void find_neighbours(std::uint32_t p, std::vector<std::uint32_t>& all) const;
   [[nodiscard]] double length(std::uint32_t u, std::uint32_t v) const;
   [[nodiscard]] double worst_at(std::uint32_t p) const;
   /// The tetrahedron on the other side of a face, or `none`.
@@ -145,6 +146,8 @@ class Editor {
   std::vector<std::uint64_t> settled_;       // by point: when it was smoothed in vain
   mutable std::vector<std::uint32_t> seen_;  // by point: the call of `neighbours` that has seen it
   mutable std::uint32_t call_ = 0;
+  Star star_here_;                    // what `smooth` looks at, and
+  std::vector<std::uint32_t> along_;  // what it draws points of the surface to: kept for their memory
 
   [[nodiscard]] Kind find_kind(std::uint32_t p) const;
   [[nodiscard]] Ring ring_of(std::uint32_t u, std::uint32_t v) const;
@@ -153,8 +156,9 @@ class Editor {
   [[nodiscard]] bool keeps_topology(std::uint32_t u, std::uint32_t v, const Ring& ring) const;
   [[nodiscard]] std::vector<std::int32_t> key_of(const Ring& ring) const;
   [[nodiscard]] std::optional<std::array<std::uint32_t, 2>> ends_along(std::uint32_t p) const;
-  void look_at_star(std::uint32_t p, Star& star) const;
-  [[nodiscard]] std::vector<std::uint32_t> neighbours_along(std::uint32_t p) const;
+  double look_at_star(std::uint32_t p, Star& star) const;
+  void find_along(std::uint32_t p);
+  [[nodiscard]] Point middle_of(const std::vector<std::uint32_t>& points) const;
   bool arcs_of(std::uint32_t u, std::uint32_t v, const Ring& ring, std::vector<Arc>& arcs) const;
   [[nodiscard]] bool is_new(const Arc& arc) const;
   double fill(Arc& arc, std::uint32_t u, std::uint32_t v, double enough) const;

@@ -225,16 +225,19 @@ class Shaping {
 
   // --- sizes ---
 
-  /// All edges whose length is as wanted, the shortest first. Points of edges may be gone when their turn
-  /// comes: then nothing is around them.
+  /// All edges whose length is as wanted and both of whose ends have changed since then, as those of edges do
+  /// around which something has; the shortest first. Points of edges may be gone when their turn comes: then
+  /// nothing is around them.
   template <typename Wanted>
-  std::vector<Pair> edges_where(const Wanted& is_wanted) {
+  std::vector<Pair> edges_where(const Wanted& is_wanted, std::uint64_t since = 0) {
     std::vector<std::pair<double, Pair>> found;
+    std::vector<std::uint32_t> around;
     for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
-      if (editor_.star(p).empty()) continue;
+      if (editor_.star(p).empty() || editor_.changed_at(p) < since) continue;
       Interruption::check();
-      for (const std::uint32_t q : editor_.neighbours(p))
-        if (p < q)
+      editor_.find_neighbours(p, around);
+      for (const std::uint32_t q : around)
+        if (p < q && editor_.changed_at(q) >= since)
           if (const double length = editor_.length(p, q); is_wanted(length, wanted(p, q)))
             found.push_back({length, {p, q}});
     }
@@ -265,6 +268,7 @@ class Shaping {
   /// As the user wants it, but where the solid is finer: there short edges go over to long ones.
   void find_wanted(bool with_features) {
     wanted_.assign(editor_.point_count(), std::numeric_limits<double>::infinity());
+    std::vector<std::uint32_t> around;
     using Item = std::pair<double, std::uint32_t>;
     std::priority_queue<Item, std::vector<Item>, std::greater<>> open;
     for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
@@ -283,7 +287,8 @@ class Shaping {
       const auto [length, p] = open.top();
       open.pop();
       if (length > wanted_[p]) continue;
-      for (const std::uint32_t q : editor_.neighbours(p)) {
+      editor_.find_neighbours(p, around);
+      for (const std::uint32_t q : around) {
         const double through = length + options_.growth * editor_.length(p, q);
         if (through >= wanted_[q]) continue;
         wanted_[q] = through;
@@ -312,7 +317,7 @@ class Shaping {
       smooth_all();
     }
     // The worst ones, as long as that helps.
-    for (int pass = 0; pass < 10 && improve(fair, true) > 0; ++pass) smooth_all();
+    for (int pass = 0; pass < 20 && improve(fair, true) > 0; ++pass) smooth_all();
   }
 
   /// @param share edges shorter than this share of what is wanted go, where what is left has at least this
@@ -329,8 +334,11 @@ class Shaping {
   }
 
   void refine() {
+    std::uint64_t since = 0;  // what was looked at, and around which nothing has changed, is as it was
     for (int pass = 0; pass < 8; ++pass) {
-      auto edges = edges_where([](double length, double wanted) { return length > too_long * wanted; });
+      const auto edges =
+          edges_where([](double length, double wanted) { return length > too_long * wanted; }, since);
+      since = editor_.clock();
       std::uint64_t made = 0;
       for (std::size_t i = edges.size(); i-- > 0;) {
         const auto [u, v] = edges[i];
@@ -341,8 +349,20 @@ class Shaping {
         wanted_.resize(editor_.point_count(), std::numeric_limits<double>::infinity());
         wanted_[m] = (wanted_[u] + wanted_[v]) / 2;
       }
-      if (made == 0) return;
-      smooth_all();
+      if (made == 0) break;
+      smooth_changed(since);
+    }
+    smooth_all();
+  }
+
+  /// Where something has changed since then, but not where only these steps change it.
+  void smooth_changed(std::uint64_t since) {
+    std::vector<std::uint32_t> changed;
+    for (std::uint32_t p = 0; p < editor_.point_count(); ++p)
+      if (editor_.changed_at(p) >= since) changed.push_back(p);
+    for (const std::uint32_t p : changed) {
+      Interruption::check();
+      editor_.smooth(p);
     }
   }
 

@@ -15,16 +15,20 @@ constexpr double good_enough = 0.5;  // is left by itself where the middle of wh
 
 }  // namespace
 
-/// The worst first.
-void Editor::look_at_star(std::uint32_t p, Star& star) const {
-  std::vector<std::uint32_t> order(star_[p]);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t s, std::uint32_t t) {
-    return std::pair(tetrahedra_[s].shape, s) < std::pair(tetrahedra_[t].shape, t);
-  });
-  for (const std::uint32_t t : order) {
+/// The worst first. @return its shape.
+double Editor::look_at_star(std::uint32_t p, Star& star) const {
+  const auto add = [&](std::uint32_t t) {
     const auto face = face_opposite(t, tetrahedra_[t].place_of(p));
     star.add(points_[face[1]], points_[face[0]], points_[face[2]]);
-  }
+  };
+  const std::uint32_t worst = *std::min_element(
+      star_[p].begin(), star_[p].end(),
+      [&](std::uint32_t s, std::uint32_t t) { return tetrahedra_[s].shape < tetrahedra_[t].shape; });
+  star.clear();
+  add(worst);
+  for (const std::uint32_t t : star_[p])
+    if (t != worst) add(t);
+  return tetrahedra_[worst].shape;
 }
 
 bool Editor::nudge(std::uint32_t p, const Point& to) {
@@ -50,60 +54,60 @@ bool Editor::nudge(std::uint32_t p, const Point& to) {
   return true;
 }
 
-/// What a point may be drawn to: its neighbours in all that it is on.
-std::vector<std::uint32_t> Editor::neighbours_along(std::uint32_t p) const {
-  std::vector<std::uint32_t> along;
-  if (kind_[p] == inside) {
-    along = neighbours(p);
-  } else if (kind_[p] == on_side) {
-    for (const std::uint32_t t : star_[p]) {
-      const Tetrahedron& tet = tetrahedra_[t];
-      for (int k = 0; k < 4; ++k)
-        if (tet.side[k] != inner && tet.point[k] != p)
-          for (int l = 0; l < 4; ++l)
-            if (l != k && tet.point[l] != p) along.push_back(tet.point[l]);
-    }
-  } else if (const auto ends = ends_along(p)) {
-    along.assign(ends->begin(), ends->end());
+/// What a point of the surface may be drawn to: its neighbours in all that it is on, some of them twice.
+void Editor::find_along(std::uint32_t p) {
+  along_.clear();
+  if (kind_[p] == on_edge) {
+    if (const auto ends = ends_along(p)) along_.assign(ends->begin(), ends->end());
+    return;
   }
-  return along;
+  for (const std::uint32_t t : star_[p]) {
+    const Tetrahedron& tet = tetrahedra_[t];
+    for (int k = 0; k < 4; ++k)
+      if (tet.side[k] != inner && tet.point[k] != p)
+        for (int l = 0; l < 4; ++l)
+          if (l != k && tet.point[l] != p) along_.push_back(tet.point[l]);
+  }
+}
+
+Point Editor::middle_of(const std::vector<std::uint32_t>& points) const {
+  Point sum{};
+  for (const std::uint32_t p : points)
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += points_[p][k] / static_cast<double>(points.size());
+  return sum;
 }
 
 bool Editor::smooth(std::uint32_t p) {
   if (kind_[p] == corner || star_[p].empty() || changed_[p] < settled_[p]) return false;
-  const std::vector<std::uint32_t> along = neighbours_along(p);
-  if (along.empty()) return false;
-  Star star;
-  look_at_star(p, star);
-  const double before = worst_at(p);
+  const double before = look_at_star(p, star_here_);
   double best = std::max(before, 0.0);
   Point place = points_[p];
   const auto attempt = [&](Point x, const Point& way, double share) {
     for (std::size_t k = 0; k < 3; ++k) x[k] += share * way[k];
-    const double worst = star.worst(x, best * (1 + 1e-6));
+    const double worst = star_here_.worst(x, best * (1 + 1e-6));
     if (worst <= best * (1 + 1e-6)) return false;
     best = worst;
     place = x;
     return true;
   };
-  Point middle{};
-  for (const std::uint32_t q : along)
-    for (std::size_t k = 0; k < 3; ++k) middle[k] += points_[q][k] / static_cast<double>(along.size());
-  const Point here = points_[p], way = middle - here;
-  attempt(here, way, 1) || attempt(here, way, 0.5) || attempt(here, way, 0.2);
+  const auto attempt_some = [&](const Point& x, const Point& way, double half, double little) {
+    return attempt(x, way, 1) || attempt(x, way, half) || attempt(x, way, little);
+  };
+  const Point here = points_[p];
   if (kind_[p] == inside) {
+    attempt_some(here, star_here_.middle() - here, 0.5, 0.2);
     for (int step = 0; step < 4 && best < good_enough; ++step) {
-      const auto ascent = star.ascent(place);
-      if (!ascent ||
-          !(attempt(place, *ascent, 1) || attempt(place, *ascent, 0.3) || attempt(place, *ascent, 0.1)))
-        break;
+      const auto ascent = star_here_.ascent(place);
+      if (!ascent || !attempt_some(place, *ascent, 0.3, 0.1)) break;
     }
-  } else if (place == points_[p] && before < 0.35) {
+  } else if (find_along(p); !along_.empty()) {
+    attempt_some(here, middle_of(along_) - here, 0.5, 0.2);
     // Towards and away from each neighbour: the worst tetrahedron may want that.
-    for (const std::uint32_t q : along)
-      for (const double share : {0.15, -0.15}) attempt(here, points_[q] - here, share);
+    if (place == here && before < 0.35)
+      for (const std::uint32_t q : along_)
+        for (const double share : {0.15, -0.15}) attempt(here, points_[q] - here, share);
   }
-  if (place == points_[p]) {
+  if (place == here) {
     settled_[p] = clock_++;
     return false;
   }

@@ -60,6 +60,14 @@ Star::Look Star::look(const Spoke& s, const Point& x) {
   return l;
 }
 
+Point Star::middle() const {
+  Point sum{};
+  for (const Spoke& spoke : spokes_)
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += spoke.a[k] + spoke.b[k] + spoke.c[k];
+  for (double& x : sum) x /= 3 * static_cast<double>(spokes_.size());
+  return sum;
+}
+
 double Star::worst(const Point& x, double enough) const {
   double worst = 1;
   for (const Spoke& spoke : spokes_) {
@@ -91,24 +99,24 @@ Point Star::gradient(const Spoke& s, const Look& l) {
   return sum;
 }
 
-std::optional<Point> Star::ascent(const Point& x) const {
-  std::vector<Slope> slopes;
+std::optional<Point> Star::ascent(const Point& x) {
+  slopes_.clear();
   double least = 1;
   for (const Spoke& spoke : spokes_) {
     const Look l = look(spoke, x);
     if (!(l.square > 0 && l.six_volumes > 0)) return std::nullopt;
     if (l.square > nearly_worst * least) continue;
     least = std::min(least, l.square);
-    slopes.push_back({l.square, gradient(spoke, l)});
+    slopes_.push_back({l.square, gradient(spoke, l)});
   }
-  std::erase_if(slopes, [least](const Slope& slope) { return slope.square > nearly_worst * least; });
-  if (slopes.empty()) return std::nullopt;
-  Point way = slopes.front().gradient;
-  for (const Slope& slope : slopes)
+  std::erase_if(slopes_, [least](const Slope& slope) { return slope.square > nearly_worst * least; });
+  if (slopes_.empty()) return std::nullopt;
+  Point way = slopes_.front().gradient;
+  for (const Slope& slope : slopes_)
     if (slope.square == least) way = slope.gradient;
   for (int step = 0; step < 12; ++step) {
-    const Slope* against = &slopes.front();
-    for (const Slope& slope : slopes)
+    const Slope* against = &slopes_.front();
+    for (const Slope& slope : slopes_)
       if (dot(slope.gradient, way) < dot(against->gradient, way)) against = &slope;
     if (dot(against->gradient, way) > 0.8 * dot(way, way)) break;
     way = shortest(way, against->gradient);

@@ -18,6 +18,9 @@ class Star {
   /// worst one should be.
   void add(const Point& a, const Point& b, const Point& c);
 
+  /// The middle of the triangles' corners, each as often as it is one.
+  [[nodiscard]] Point middle() const;
+
   /// The worst shape (`shape_of`) with the point at x; what is not above `enough` does not matter.
   [[nodiscard]] double worst(const Point& x, double enough) const;
 
@@ -26,7 +29,7 @@ class Star {
   /// Source: Freitag, Ollivier-Gooch, "Tetrahedral mesh improvement using swapping and smoothing" (1997); the
   /// shortest vector of the gradients' hull by Gilbert, "An iterative procedure for computing the minimum of
   /// a quadratic form on a convex set" (1966).
-  [[nodiscard]] std::optional<Point> ascent(const Point& x) const;
+  [[nodiscard]] std::optional<Point> ascent(const Point& x);
 
  private:
   struct Spoke {
@@ -45,8 +48,9 @@ class Star {
     Point gradient;  // of the square's logarithm
   };
   std::vector<Spoke> spokes_;
+  std::vector<Slope> slopes_;  // kept for their memory
 
-  static Look look(const Spoke& spoke, const Point& x);
+  [[gnu::always_inline]] static inline Look look(const Spoke& spoke, const Point& x);
   static Point gradient(const Spoke& spoke, const Look& look);
 };
 
