@@ -91,8 +91,8 @@ void add_up_lines(ExactPoints& exact, const PointSet& points, Skin& skin) {
   skin.edges = std::move(sum);
 }
 
-/// Joins the edges at vertices in which no more happens than that one straight edge goes on as another, in
-/// all faces.
+/// Joins the edges at vertices in which no more happens than that straight edges go on, in all faces: one, or
+/// several that cross. Whether a vertex is where edges only cross depends on how the skin was found.
 /// @pre no vertex lies inside an edge.
 class Straightener {
  public:
@@ -101,7 +101,7 @@ class Straightener {
       : exact_(exact), points_(points), skin_(skin) {}
 
   EdgeChain run() {
-    find_neighbours();
+    find_straight();
     EdgeChain edges = std::move(skin_.edges);
     sort_by_face(edges, [](const Skin::Edge& a, const Skin::Edge& b) {
       return std::tie(a.from, a.to) < std::tie(b.from, b.to);
@@ -111,53 +111,88 @@ class Straightener {
     for (const Skin::Edge& edge : edges) {
       if (straight_[edge.from]) continue;
       Skin::Edge whole = edge;
-      while (straight_[whole.to]) whole.to = next(edges, whole.face, whole.to);
+      while (straight_[whole.to]) whole.to = next(edges, whole);
       joined.push_back(whole);
     }
     return joined;
   }
 
  private:
-  struct Neighbours {
-    std::array<std::uint32_t, 2> points{none, none};
-    bool more = false;
-    void add(std::uint32_t point) {
-      if (point == points[0] || point == points[1]) return;
-      if (points[1] != none) more = true;
-      points[points[0] == none ? 0 : 1] = point;
-    }
+  struct Neighbour {
+    std::uint32_t point, edge;  ///< edge: one that leads there
   };
 
   ExactPoints& exact_;
   const PointSet& points_;
   Skin& skin_;
   std::vector<bool> straight_;
+  // Of the point at hand.
+  std::vector<Neighbour> neighbours_;
+  std::vector<std::pair<std::uint32_t, int>> changes_;
 
-  void find_neighbours() {
-    std::vector<Neighbours> neighbours(points_.size());
-    for (const Skin::Edge& edge : skin_.edges) {
-      neighbours[edge.from].add(edge.to);
-      neighbours[edge.to].add(edge.from);
-    }
-    straight_.assign(points_.size(), false);
-    std::vector<bool> seen(points_.size(), false);
+  void find_straight() {
+    std::vector<std::uint32_t> end_at(points_.size() + 1), edges_at(2 * skin_.edges.size());
     for (const Skin::Edge& edge : skin_.edges)
-      for (const auto& [middle, end] : {std::pair(edge.from, edge.to), std::pair(edge.to, edge.from)}) {
-        const Neighbours& both = neighbours[middle];
-        if (seen[middle] || both.more) continue;
-        seen[middle] = true;
-        const std::uint32_t other = both.points[both.points[0] == end ? 1 : 0];
-        straight_[middle] = exact_.side(points_, other, skin_.faces[edge.face].outward.id()) == 0 &&
-                            exact_.side(points_, other, edge.across) == 0;
-      }
+      for (const std::uint32_t point : {edge.from, edge.to}) ++end_at[point + std::size_t{1}];
+    std::partial_sum(end_at.begin(), end_at.end(), end_at.begin());
+    for (std::uint32_t i = 0; i < skin_.edges.size(); ++i)
+      for (const std::uint32_t point : {skin_.edges[i].from, skin_.edges[i].to})
+        edges_at[end_at[point]++] = i;
+    straight_.assign(points_.size(), false);
+    for (std::uint32_t point = 0, begin = 0; point < points_.size(); begin = end_at[point++])
+      straight_[point] = all_go_on(point, std::span(edges_at).subspan(begin, end_at[point] - begin));
   }
-  static std::uint32_t next(const EdgeChain& edges, std::uint32_t face, std::uint32_t from) {
-    const auto edge = std::lower_bound(
-        edges.begin(), edges.end(), std::pair(face, from),
+
+  [[nodiscard]] std::uint32_t other_end(std::uint32_t edge, std::uint32_t point) const {
+    const Skin::Edge& e = skin_.edges[edge];
+    return e.from == point ? e.to : e.from;
+  }
+
+  bool all_go_on(std::uint32_t point, std::span<const std::uint32_t> edges) {
+    neighbours_.clear();
+    for (const std::uint32_t edge : edges) neighbours_.push_back({other_end(edge, point), edge});
+    std::ranges::sort(neighbours_, {}, &Neighbour::point);
+    const auto same = std::ranges::unique(neighbours_, {}, &Neighbour::point);
+    neighbours_.erase(same.begin(), same.end());
+    if (neighbours_.empty() || neighbours_.size() % 2 != 0) return false;
+    while (!neighbours_.empty()) {
+      const Neighbour here = neighbours_.back();
+      neighbours_.pop_back();
+      const auto beyond = std::ranges::find_if(neighbours_, [&](const Neighbour& other) {
+        const Skin::Edge& edge = skin_.edges[here.edge];
+        return exact_.side(points_, other.point, skin_.faces[edge.face].outward.id()) == 0 &&
+               exact_.side(points_, other.point, edge.across) == 0;
+      });
+      if (beyond == neighbours_.end() || !goes_on(point, edges, here.point, beyond->point)) return false;
+      neighbours_.erase(beyond);
+    }
+    return true;
+  }
+
+  /// Whether each face has as many edges on the one side of a point of a line as on the other.
+  bool goes_on(std::uint32_t point, std::span<const std::uint32_t> edges, std::uint32_t a, std::uint32_t b) {
+    changes_.clear();
+    for (const std::uint32_t edge : edges)
+      if (const std::uint32_t other = other_end(edge, point); other == a || other == b)
+        changes_.emplace_back(skin_.edges[edge].face, skin_.edges[edge].to == point ? 1 : -1);
+    std::ranges::sort(changes_);
+    for (std::size_t begin = 0, end = 0; begin < changes_.size(); begin = end) {
+      int sum = 0;
+      for (; end < changes_.size() && changes_[end].first == changes_[begin].first; ++end)
+        sum += changes_[end].second;
+      if (sum != 0) return false;
+    }
+    return true;
+  }
+
+  /// Where an edge goes on to from its end.
+  std::uint32_t next(const EdgeChain& edges, const Skin::Edge& edge) {
+    auto at = std::lower_bound(
+        edges.begin(), edges.end(), std::pair(edge.face, edge.to),
         [](const Skin::Edge& e, const auto& key) { return std::pair(e.face, e.from) < key; });
-    if (edge == edges.end() || edge->face != face || edge->from != from)
-      throw std::logic_error("the boundary of a face does not close");
-    return edge->to;
+    for (; at != edges.end() && at->face == edge.face && at->from == edge.to; ++at)
+      if (exact_.side(points_, at->to, edge.across) == 0) return at->to;
+    throw std::logic_error("the boundary of a face does not close");
   }
 };
 
@@ -395,9 +430,9 @@ TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const 
   steps.begin(0.4, 0.55);
   EdgeSplitter(exact).split(points, skin.faces, skin.edges);
   add_up(skin.edges);
+  steps.begin(0.55, 0.7);
+  skin.edges = Straightener(exact, points, skin).run();
   for (;;) {
-    steps.begin(0.55, 0.7);
-    skin.edges = Straightener(exact, points, skin).run();
     Renaming(exact, points, skin).run();
     const std::size_t known = points.size();
     steps.begin(0.7, 1);

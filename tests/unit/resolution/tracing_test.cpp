@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -240,6 +241,58 @@ TEST(Tracing, ManyOfOneShapeHaveTheSurfaceOfTheirCells) {
   }
   if (std::getenv("BSP2_SEED") != nullptr) return;
   EXPECT_GT(compared, rounds / 3);
+}
+
+model::Expression shifted(double x, double y, double z, const model::Expression& e) {
+  return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}, e);
+}
+
+/// The surface of the cells, which others that are of one region or four, or traced, must be equal to.
+TriangleSurface surface_in_all_ways(const model::Expression& e) {
+  auto r = resolved(e, {});
+  expect_equal(resolved(e, {}, 2).surface, r.surface);
+  const auto surface = traced(r.network, 1, 1);
+  EXPECT_TRUE(surface);
+  if (surface) expect_equal(*surface, r.surface);
+  EXPECT_TRUE(r.surface.is_closed());
+  EXPECT_NEAR(r.surface.volume(), r.volume, 1e-12 * r.volume);
+  return r.surface;
+}
+
+/// A prism's upright edge ends on the side of a box, above which it goes on: where it crosses the box's upper
+/// edge nothing ends. A plane of the other box leads through there, and tells of it or not.
+TEST(Tracing, EdgesThatOnlyCrossHaveNoVertexThere) {
+  const std::array<model::Expression, 3> operands{shifted(-3, -1, -2, model::cuboid({3, 2, 2}, false)),
+                                                  shifted(1, 0, -1, model::cuboid({1, 2, 2}, false)),
+                                                  shifted(1, 0, -1, model::cylinder(2, 1, 1, 4, false))};
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::optional<TriangleSurface> first;
+  do {
+    const auto surface =
+        surface_in_all_ways(model::unite({operands[order[0]], operands[order[1]], operands[order[2]]}));
+    if (!first) first = surface;
+    EXPECT_EQ(surface.points.size(), 20);
+    EXPECT_EQ(surface.triangles.size(), first->triangles.size());
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
+/// The same found by chance, where the surface without cells had a vertex too many.
+TEST(Tracing, EdgesThatOnlyCrossHaveNoVertexThereWithoutCells) {
+  const auto prism = model::transform(std::vector<double>{0, 1, 0, 2, 0, 0, 1, -1, -1, 0, 0, 2, 0, 0, 0, 1},
+                                      model::cylinder(3, 2, 2, 4, true));
+  const auto bracket = model::transform(std::vector<double>{0, 0, -1, 1, 0, 1, 0, -2, 1, 0, 0, 0, 0, 0, 0, 1},
+                                        l_shape(1, 2, 2));
+  const auto box = shifted(-3, -3, -2, model::cuboid({3, 2, 2}, false));
+  surface_in_all_ways(model::subtract({model::unite({prism, bracket}), box}));
+}
+
+/// Three lines through a point bound every other one of six sectors of the top and of the bottom: all go
+/// straight on there, and yet it is a corner of triangles.
+TEST(Tracing, EdgesOfOneFaceThatCrossAreDivided) {
+  const auto surface = surface_in_all_ways(
+      model::unite({prism({{0, 0}, {2, 0}, {2, 2}}, 0, 1), prism({{0, 0}, {0, 2}, {-2, 0}}, 0, 1),
+                    prism({{0, 0}, {-2, -2}, {0, -2}}, 0, 1)}));
+  EXPECT_EQ(surface.points.size(), 14);
 }
 
 /// Moments of a box that is not at the origin: by hand.
