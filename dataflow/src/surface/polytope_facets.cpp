@@ -123,7 +123,8 @@ bool PolytopeFacets::is_placed_by(std::uint32_t map, HyperplaneId id) const {
   return placed == table.exact(id);
 }
 
-/// The producer at hand as a shape; that stays unknown where space ends within it.
+/// The producer at hand as a shape; that stays unknown where space ends within it, or at a corner, which may
+/// have its name from the end of space.
 void PolytopeFacets::describe(Shape& shape) const {
   std::unordered_map<HyperplaneId, std::uint32_t> number;
   for (const OrientedHyperplane plane : planes_)
@@ -135,6 +136,7 @@ void PolytopeFacets::describe(Shape& shape) const {
   }
   for (const auto& vertex : vertices_) {
     const auto& [a, b, c] = vertex.hyperplanes;
+    if (!number.contains(a) || !number.contains(b) || !number.contains(c)) return;
     known.vertices.push_back({number.at(a), number.at(b), number.at(c)});
   }
   for (const auto& [vertex, across] : corners_) known.corners.push_back({vertex, number.at(across)});

@@ -248,9 +248,9 @@ model::Expression shifted(double x, double y, double z, const model::Expression&
 }
 
 /// The surface of the cells, which others that are of one region or four, or traced, must be equal to.
-TriangleSurface surface_in_all_ways(const model::Expression& e) {
-  auto r = resolved(e, {});
-  expect_equal(resolved(e, {}, 2).surface, r.surface);
+TriangleSurface surface_in_all_ways(const model::Expression& e, double coincidence = 1e-9) {
+  auto r = resolved(e, {}, 0, coincidence);
+  expect_equal(resolved(e, {}, 2, coincidence).surface, r.surface);
   const auto surface = traced(r.network, 1, 1);
   EXPECT_TRUE(surface);
   if (surface) expect_equal(*surface, r.surface);
@@ -293,6 +293,15 @@ TEST(Tracing, EdgesOfOneFaceThatCrossAreDivided) {
       model::unite({prism({{0, 0}, {2, 0}, {2, 2}}, 0, 1), prism({{0, 0}, {0, 2}, {-2, 0}}, 0, 1),
                     prism({{0, 0}, {-2, -2}, {0, -2}}, 0, 1)}));
   EXPECT_EQ(surface.points.size(), 14);
+}
+
+/// Of three solids of one shape the last has all its facets in space, but a corner that the end of space,
+/// which it just reaches, gave the name.
+TEST(Tracing, CornersMayLieWhereSpaceEnds) {
+  const auto ball = model::transform(std::vector<double>{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
+                                     model::sphere(1, 9));
+  const auto balls = model::unite({shifted(-0.5, -0.5, -1, ball), shifted(-1, -1, 0, ball), ball});
+  surface_in_all_ways(model::intersect({model::cuboid({1, 1.5, 1}, true), balls}), 0);
 }
 
 /// Moments of a box that is not at the origin: by hand.
