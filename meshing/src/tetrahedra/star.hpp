@@ -14,6 +14,7 @@ namespace bsp2::meshing {
 /// Thread rule: as a vector.
 class Star {
  public:
+  void clear() { spokes_.clear(); }
   /// @param a, b, c such that a b c and the point are right side out. What is added first is asked first: the
   /// worst one should be.
   void add(const Point& a, const Point& b, const Point& c);
