@@ -427,9 +427,10 @@ bool shall_trace(const dataflow::Network<3>& network) {
   return others < std::max(of_meshes, hyperplanes + hyperplanes / 8);
 }
 
-/// The boundary, where it is found sooner without the cells that are made, too. Collective.
+/// The boundary, where it is found sooner without the cells that are made, too; if that fails it is found from
+/// them. Collective.
 std::optional<TracedBoundary> boundary_before_cells(Ranks& ranks, dataflow::Network<3>& network,
-                                                    const RunOptions& options, RunReport& report) {
+                                                    const RunOptions& options, unsigned threads) {
   const bool is_wanted = options.traces_boundary && options.boundary && options.collect_cells &&
                          options.keep_in && !options.contacts &&
                          !options.surface_only;  // which has been tried
@@ -439,13 +440,9 @@ std::optional<TracedBoundary> boundary_before_cells(Ranks& ranks, dataflow::Netw
     return std::nullopt;
   const auto hyperplanes = static_cast<geometry::HyperplaneId>(network.table.size());
   std::optional<TracedBoundary> traced;
-  const auto failed =
-      attempt(ranks, [&] { traced = trace_boundary(ranks, network, options, report.threads); });
+  const auto failed = attempt(ranks, [&] { traced = trace_boundary(ranks, network, options, threads); });
   network.table.take_back(hyperplanes);
   if (failed && geometry::Interruption::is_wanted()) throw geometry::Interrupted();
-  if (failed)
-    report.notes.push_back("the surface could not be found before the cells (" + failed->text +
-                           "), and is found from them");
   return failed ? std::nullopt : std::move(traced);
 }
 
@@ -512,7 +509,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     if (auto surface = run_without_cells(ranks, *own, options, source, report)) return std::move(*surface);
 
   std::optional<TracedBoundary> traced;
-  if constexpr (D == 3) traced = boundary_before_cells(ranks, *own, options, report);
+  if constexpr (D == 3) traced = boundary_before_cells(ranks, *own, options, report.threads);
 
   ranks.begin("distribution");
   auto [progress, rank_of_region] =
