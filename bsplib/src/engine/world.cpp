@@ -56,7 +56,7 @@ World::World(std::shared_ptr<Engine> engine)
     : runs_(engine->runs(), engine->nprocs()), engine_(std::move(engine)), last_pid_(engine_->pid()) {}
 
 World::~World() {
-  if (owns_) leave(std::move(engine_));
+  if (owns_) leave(engine_);
 }
 
 World::World(World&& other) noexcept
@@ -67,7 +67,7 @@ World::World(World&& other) noexcept
 
 World& World::operator=(World&& other) noexcept {
   if (this == &other) return *this;
-  if (owns_) leave(std::move(engine_));
+  if (owns_) leave(engine_);
   engine_ = std::move(other.engine_);
   runs_ = std::exchange(other.runs_, {});
   owns_ = other.owns_;

@@ -1,7 +1,6 @@
 #include "bsp2/geometry/cells/cell.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <set>
@@ -92,7 +91,8 @@ class BoxBuilder {
 
   Cell<D> build() {
     std::array<std::vector<std::array<int, D>>, D> faces;
-    const int total = static_cast<int>(std::pow(3, D) + 0.5);
+    int total = 1;
+    for (int axis = 0; axis < D; ++axis) total *= 3;
     for (int code = 0; code < total; ++code) {
       std::array<int, D> sides{};
       int free = 0, rest = code;

@@ -321,7 +321,7 @@ Cell<3> Clipper<3>::pack_going(std::uint8_t going, std::uint32_t common_code) {
   for (std::size_t v = 0; v < all_vertices; ++v) {
     vertex_number[v] = static_cast<Index>(vertices);
     packed_vertices[vertices] = static_cast<Index>(v);
-    vertices += (vertex_lives_[v] != 0) & (vertex_mask_[v] != other) ? 1 : 0;
+    vertices += ((vertex_lives_[v] != 0) & (vertex_mask_[v] != other)) ? 1 : 0;
   }
   const auto add_edge = [&](Index e) {
     edge_number[e] = static_cast<Index>(edges);

@@ -367,7 +367,7 @@ void CellWriter<D>::cut_into_triangles(const Cell<D>& cell) {
          edges) {  // without branches: there is no telling which edges meet the apex
       const std::uint16_t a = ends[2 * edge], b = ends[2 * edge + 1];
       triangles_[found] = {apex, a, b};
-      found += (a != apex) & (b != apex) ? 1 : 0;
+      found += ((a != apex) & (b != apex)) ? 1 : 0;
       is_at_first |= (a == 0) | (b == 0);
     }
     if (!is_at_first) triangle_count_ = found;

@@ -93,7 +93,9 @@ Polytope<3> lathe(std::uint32_t sides, std::span<const double> radius, std::span
   for (const double value : radius) r.push_back(std::llround(std::ldexp(value, 53)));
   for (const double value : z) h.push_back(std::llround(std::ldexp(value, 53)));
   Polytope<3> result;
-  const auto add = [&](I a, I b, I c, I d) { result.covectors.push_back(make_covector<3>({a, b, c, d})); };
+  const auto add = [&](const I& a, const I& b, const I& c, const I& d) {
+    result.covectors.push_back(make_covector<3>({a, b, c, d}));
+  };
   if (r.front() > 0) add(0, 0, -(I(1) << 53), I(h.front()));
   if (r.back() > 0) add(0, 0, I(1) << 53, -I(h.back()));
   for (std::uint32_t j = 0; j < sides; ++j) {

@@ -27,6 +27,7 @@ std::uint64_t RoundFamily<D>::size_with(int axes, std::uint32_t levels) {
 template <int D>
 RoundFamily<D>::RoundFamily(int axes, double bottom, double top, std::uint64_t limit)
     : axes_(axes), bottom_(bottom), top_(top) {
+  // NOLINTNEXTLINE(misc-redundant-expression): it is so for D = 1 alone
   if (axes < 2 || axes > D) throw std::logic_error("a round solid has 2 to D round axes");
   if (is_tapered() && axes == D) throw std::logic_error("a cone has an axis");
   while (levels_ < most_levels && size_with(axes, levels_ + 1) <= limit) ++levels_;

@@ -323,6 +323,7 @@ bool are_multiples(const std::array<Integer, N>& u, const std::array<Integer, N>
     if (mp::abs(u[i]) > mp::abs(u[pivot])) pivot = i;
   if (u[pivot].is_zero() || v[pivot].is_zero() || (u[pivot].sign() != v[pivot].sign()) != opposite)
     return false;
+  // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): of another type, but for some
   const Product of_u(u[pivot]), of_v(v[pivot]);
   for (std::size_t i = 0; i < N; ++i)
     if (Product(u[i]) * of_v != Product(v[i]) * of_u) return false;

@@ -409,7 +409,7 @@ Primitive spanned(const std::vector<Point3>& points) {
   return flat_polytope(3, numbers);
 }
 
-Expression polyhedron(std::vector<std::array<double, 3>> points,
+Expression polyhedron(const std::vector<std::array<double, 3>>& points,
                       const std::vector<std::vector<std::uint32_t>>& faces) {
   FaceCycles cycles;
   for (const auto& face : faces) {

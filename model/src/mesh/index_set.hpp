@@ -30,7 +30,8 @@ class IndexSet {
 
   void erase(std::uint32_t i) {
     for (auto& words : levels_) {
-      if ((words[i / 64] &= ~(std::uint64_t{1} << i % 64)) != 0) return;
+      words[i / 64] &= ~(std::uint64_t{1} << i % 64);
+      if (words[i / 64] != 0) return;
       i /= 64;
     }
   }

@@ -427,8 +427,8 @@ bool shall_trace(const dataflow::Network<3>& network) {
   return others < std::max(of_meshes, hyperplanes + hyperplanes / 8);
 }
 
-/// The boundary, where it is found sooner without the cells that are made, too; if that fails it is found from
-/// them. Collective.
+/// The boundary, where it is found sooner without the cells that are made, too; if that fails it is found
+/// from them. Collective.
 std::optional<TracedBoundary> boundary_before_cells(Ranks& ranks, dataflow::Network<3>& network,
                                                     const RunOptions& options, unsigned threads) {
   const bool is_wanted = options.traces_boundary && options.boundary && options.collect_cells &&

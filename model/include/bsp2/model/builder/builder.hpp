@@ -182,7 +182,7 @@ Expression construct(Construct what, std::vector<Expression> operands);
 /// smaller than 1), then the rounding of a text of six digits. Faces that are all flat enclose nothing: the
 /// empty solid. Faces wound the wrong way round as a whole give the same solid. O(n log n).
 /// @throws bsp2::Error that names the open edge if the faces do not close.
-Expression polyhedron(std::vector<std::array<double, 3>> points,
+Expression polyhedron(const std::vector<std::array<double, 3>>& points,
                       const std::vector<std::vector<std::uint32_t>>& faces);
 
 /// The solids of a file (import_format_table in csg.hpp has the formats), read and repaired as `import` of
