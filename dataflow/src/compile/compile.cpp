@@ -380,9 +380,8 @@ class Compiler {
     const auto planes_of = [&](std::size_t i) {
       return std::span(codes).subspan(first_occurrence[i], shapes_[shape_of_[i]].covector_count);
     };
-    const auto facets_of = [&]<int E = D>(std::size_t i) requires(E == 3) {
-      const Shape<3>& shape = shapes_[shape_of_[i]];
-      return MergedFacets{*shape.mesh, placement(i).matrix(), map_of[i], shape.first_covector, planes_of(i)};
+    const auto facets_of = [&](const auto i) {
+      return merged_facets(i, placement(i).matrix(), map_of[i], planes_of(i));
     };
     if constexpr (D == 3) keep_corners(network, facets_of, planes_of);
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
@@ -437,6 +436,13 @@ class Compiler {
   /// Of merging, as a length.
   [[nodiscard]] double tolerance_in(const Network<D>& network) const {
     return options_.coincidence * network.table.width();
+  }
+
+  /// Those of a mesh, with the planes that they have now. Of D = 3.
+  MergedFacets merged_facets(std::size_t i, const geometry::Matrix<3>& matrix, std::uint32_t map,
+                             std::span<OrientedHyperplane> planes) const {
+    const Shape<D>& shape = shapes_[shape_of_[i]];
+    return {*shape.mesh, matrix, map, shape.first_covector, planes};
   }
 
   /// Takes merging back where corners of meshes would move, or few facets have been. @param facets_of those

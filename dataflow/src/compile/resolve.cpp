@@ -455,7 +455,7 @@ class Resolver {
                 3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
           }
           if (!images.empty()) return images[0];  // see Looks
-          return std::visit([this](const auto& primitive) { return prism(primitive); },
+          return std::visit([this](const auto& primitive) { return this->prism(primitive); },
                             std::get<Primitive>(node.value));
         });
   }

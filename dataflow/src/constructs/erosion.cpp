@@ -27,8 +27,8 @@ std::array<double, 2> extent(std::span<const double> direction, const Points& po
 
 Points middle_of(const Points& corners, std::size_t d) {
   Points middle(d);
-  for (std::size_t i = 0; i < corners.size(); ++i)
-    middle[i % d] += corners[i] / static_cast<double>(corners.size() / d);
+  const std::size_t count = corners.size() / d;
+  for (std::size_t i = 0; i < corners.size(); ++i) middle[i % d] += corners[i] / static_cast<double>(count);
   return middle;
 }
 

@@ -217,7 +217,7 @@ Expression twisted_slice(const LinearExtrusion& e, const Outline& outline, std::
   }
   if (grid.is_there() && outline.size() == 1)
     if (auto hull = hull_without_creases(points, faces)) return *std::move(hull);
-  return model::polyhedron(std::move(points), faces);
+  return model::polyhedron(points, faces);
 }
 
 /// Slices of a scaled convex outline: convex but for the tetrahedra that the shorter diagonals cut off.

@@ -527,14 +527,14 @@ template <int D>
 template <typename Use>
 auto Localizer<D>::with_producer(const Word* leaf, const Use& use) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
+  if constexpr (D == 3) {
+    if (producer.kind == ProducerKind::lathe) return use(LatheProducer(*network_, producer));
+    if (producer.kind == ProducerKind::mesh) return use(MeshProducer(*network_, producer));
+  }
   switch (producer.kind) {
     case ProducerKind::convex:
-      break;
     case ProducerKind::lathe:
-      if constexpr (D == 3) return use(LatheProducer(*network_, producer));
-      break;
     case ProducerKind::mesh:
-      if constexpr (D == 3) return use(MeshProducer(*network_, producer));
       break;
     case ProducerKind::round:
       return with_round(producer, use);

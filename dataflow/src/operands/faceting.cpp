@@ -145,8 +145,8 @@ Expression faceted(const model::TellsOfItself auto& solid, int dimension, const 
       for (std::size_t i = 0; i + 1 < d; ++i) corners.push_back(radius * ball[at + i]);
       corners.push_back(z);
     }
-  for (std::size_t i = 0; i < corners.size(); ++i)
-    middle[i % d] += corners[i] / static_cast<double>(corners.size() / d);
+  const std::size_t rows = corners.size() / d;
+  for (std::size_t i = 0; i < corners.size(); ++i) middle[i % d] += corners[i] / static_cast<double>(rows);
   if (facets == Facets::around) {
     const double factor = enlargement(corners, middle, solid);
     for (std::size_t i = 0; i < corners.size(); ++i)

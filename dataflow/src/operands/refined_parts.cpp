@@ -18,10 +18,11 @@ Fineness fineness_of(int dimension) {
 /// thinner than 1e-9 of its coordinates.
 Points enlarged(Points corners, std::size_t dimension) {
   constexpr double factor = 1 + 1e-6;
-  const auto count = static_cast<double>(corners.size() / dimension);
+  const std::size_t count = corners.size() / dimension;
   for (std::size_t axis = 0; axis < dimension; ++axis) {
     double middle = 0;
-    for (std::size_t i = axis; i < corners.size(); i += dimension) middle += corners[i] / count;
+    for (std::size_t i = axis; i < corners.size(); i += dimension)
+      middle += corners[i] / static_cast<double>(count);
     for (std::size_t i = axis; i < corners.size(); i += dimension)
       corners[i] = middle + factor * (corners[i] - middle);
   }

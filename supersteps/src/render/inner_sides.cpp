@@ -254,7 +254,7 @@ InnerSides::InnerSides(Ranks& ranks, const RunResult& result, const RegionsInSpa
           const Facet facet{id < 0 ? ~id : id, normalized(normal)};
           divider->divide(
               facet, piece, region, [&](Piece part) { pieces_[number].push_back(std::move(part)); },
-              [&](std::uint32_t of, Piece part) {
+              [&](std::uint32_t of, const Piece& part) {
                 to[static_cast<std::size_t>(drawer_of(result, of))].push_back(
                     {number, of, facet.id, flat(part), {facet.normal.begin(), facet.normal.end()}});
               });

@@ -378,8 +378,7 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
     ranks.begin("resolution", 1);
     find_boundary(ranks, network.table, std::move(mine.skin), options.faces, result.boundary, result.faces,
                   told_share(ranks, options, glued, 1));
-  }
-  if constexpr (D == 2)
+  } else if constexpr (D == 2)
     if (options.boundary && options.outlines) result.outlines = outlines_of(ranks, network, std::move(share));
   return result;
 }

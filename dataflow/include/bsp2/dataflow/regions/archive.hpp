@@ -134,7 +134,7 @@ class InputArchive : public boost::archive::binary_iarchive_impl<InputArchive, c
 
   // The names are those that Boost looks for.
   template <class T>
-  void load_override(T& value) {
+  void load_override(T& value) {  // NOLINT(misc-unused-parameters): of empty types only
     Base::load_override(value);
   }
   void load_override(boost::serialization::collection_size_type& length) {

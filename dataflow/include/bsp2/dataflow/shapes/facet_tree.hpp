@@ -64,11 +64,11 @@ class FacetTree {
         open.push_back({low, low});
         open.push_back({high, high});
         open.push_back({low, high});
-      } else if (b.is_leaf() || (!a.is_leaf() && a.end - a.begin >= b.end - b.begin)) {
-        for (const Branch& half : a.halves()) open.push_back({half, b});
-      } else {
-        for (const Branch& half : b.halves()) open.push_back({a, half});
+        continue;
       }
+      const bool divides_a = b.is_leaf() || (!a.is_leaf() && a.end - a.begin >= b.end - b.begin);
+      for (const Branch& half : (divides_a ? a : b).halves())
+        open.push_back({divides_a ? half : a, divides_a ? b : half});
     }
   }
 
