@@ -10,9 +10,10 @@
 namespace bsp2::meshing {
 namespace {
 
-// Sines of dihedral angles: what is below is worth work, what a collapse may leave at first, and what later
-// ones and splits may, since what they leave is made better afterwards.
-constexpr double good = 0.35, fair = 0.2, poor = 0.1;
+// Shapes (`shape_of`): up to where the points that there are are arranged anew, below what new ones are worth
+// it, what a collapse may leave at first, and what later ones and splits may, since what they leave is made
+// better afterwards.
+constexpr double very_good = 0.6, good = 0.35, fair = 0.2, poor = 0.1;
 constexpr double too_long = 1.4, too_short = 0.75;  // against the wanted length
 constexpr double of_features = 3;                   // as long may edges be at short edges of the solid
 
@@ -314,6 +315,10 @@ class Shaping {
     }
     for (int pass = 0; pass < 6; ++pass) {
       if (improve(pass < 3 ? fair : good, true) == 0) break;
+      smooth_all();
+    }
+    for (int pass = 0; pass < 2; ++pass) {
+      improve(very_good, false);
       smooth_all();
     }
     // The worst ones, as long as that helps.

@@ -45,18 +45,20 @@ Star::Look Star::look(const Spoke& s, const Point& x) {
   l.a0 = dot(l.n0, l.n0);
   l.a1 = dot(l.n1, l.n1);
   l.a2 = dot(l.n2, l.n2);
+  const double ad = dot(l.ad, l.ad), bd = dot(l.bd, l.bd), cd = dot(l.cd, l.cd);
   // As in shape_of, over one denominator.
-  const std::array<double, 6> all{s.ab * l.a0 * l.a1,
-                                  s.ac * l.a0 * l.a2,
-                                  s.bc * l.a1 * l.a2,
-                                  dot(l.ad, l.ad) * l.a0 * s.area,
-                                  dot(l.bd, l.bd) * l.a1 * s.area,
-                                  dot(l.cd, l.cd) * l.a2 * s.area};
+  const std::array<double, 6> all{s.ab * l.a0 * l.a1, s.ac * l.a0 * l.a2, s.bc * l.a1 * l.a2,
+                                  ad * l.a0 * s.area, bd * l.a1 * s.area, cd * l.a2 * s.area};
   l.edge = 0;
   for (int k = 1; k < 6; ++k)
     if (all[static_cast<std::size_t>(k)] < all[static_cast<std::size_t>(l.edge)]) l.edge = k;
   l.square =
       all[static_cast<std::size_t>(l.edge)] * l.six_volumes * l.six_volumes / (l.a0 * l.a1 * l.a2 * s.area);
+  l.lengths = s.ab + s.ac + s.bc + ad + bd + cd;
+  if (const double fullness = squared_fullness(l.six_volumes, l.lengths); fullness < l.square) {
+    l.edge = no_edge;
+    l.square = fullness;
+  }
   return l;
 }
 
@@ -89,6 +91,10 @@ Point Star::gradient(const Spoke& s, const Look& l) {
   };
   const bool at_base = l.edge < 3;
   add_to(sum, -2 / l.six_volumes, s.normal);
+  if (l.edge == no_edge) {
+    for (const Point& edge : {l.ad, l.bd, l.cd}) add_to(sum, -6 / l.lengths, edge);
+    return sum;
+  }
   // Each angle is between two faces: those of the base are with the base, which does not change.
   if (at_base ? l.edge == 2 : l.edge != 3) area(l.n0, l.a0, s.c - s.b);
   if (at_base ? l.edge == 1 : l.edge != 4) area(l.n1, l.a1, s.a - s.c);

@@ -40,10 +40,11 @@ class Star {
   /// Of the tetrahedron over a spoke.
   struct Look {
     Point ad, bd, cd, n0, n1, n2;
-    double six_volumes, a0, a1, a2;
-    int edge;       // where its angle is smallest
-    double square;  // of that angle's sine
+    double six_volumes, a0, a1, a2, lengths;
+    int edge;       // where its angle is smallest; no_edge: its fullness is less than the sine of that
+    double square;  // of which of both is less
   };
+  static constexpr int no_edge = 6;
   struct Slope {
     double square;
     Point gradient;  // of the square's logarithm
