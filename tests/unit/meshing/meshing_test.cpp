@@ -16,6 +16,7 @@
 #include "bsp2/meshing/complex/complex.hpp"
 #include "bsp2/meshing/groups/groups.hpp"
 #include "bsp2/meshing/simplices/orientation.hpp"
+#include "bsp2/meshing/tetrahedra/dual.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 #include "dataflow/oracle.hpp"
 #include "resolution/resolved.hpp"
@@ -69,6 +70,17 @@ double area(const Point& a, const Point& b, const Point& c) {
     sum += n * n;
   }
   return std::sqrt(sum) / 2;
+}
+
+/// Above 0 if it is counter-clockwise seen from where the unit normal points to. @pre it is across the
+/// normal.
+double signed_area(const Point& a, const Point& b, const Point& c, const Point& normal) {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    sum += normal[k] * ((b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l]));
+  }
+  return sum / 2;
 }
 
 /// Each cell is closed: its faces' edges pair, and it is a ball. Volume and surface are those of the solid.
@@ -156,6 +168,72 @@ void check_tetrahedra(const Tetrahedra& mesh, double volume, double tolerance) {
   }
 }
 
+/// Each cell is closed. Cells of one part meet in faces of no triangle, all others in those of one; volumes
+/// of parts and areas of sides are those of the tetrahedra.
+void check_dual(const Tetrahedra& mesh) {
+  std::vector<std::int32_t> group;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) group.push_back(static_cast<std::int32_t>(i % 3));
+  const Dual dual = dual_of(mesh, group);
+  const Complex& complex = dual.complex;
+  ASSERT_GE(complex.cells(), mesh.points.size());
+  std::vector<std::map<std::pair<std::uint32_t, std::uint32_t>, int>> edges(complex.cells());
+  std::map<std::int32_t, long double> volume, volume_of_tetrahedra;
+  std::map<std::pair<std::uint32_t, std::int32_t>, double> areas, areas_of_triangles;  // by side and group
+  std::pair<std::int32_t, std::int32_t> last{-1, -1};
+  for (std::size_t face = 0; face < complex.faces(); ++face) {
+    const auto cycle = complex.points_of(face);
+    ASSERT_GE(cycle.size(), 3U);
+    const std::int32_t owner = complex.owner[face], neighbour = complex.neighbour[face];
+    ASSERT_TRUE(neighbour == Complex::outside || neighbour > owner);
+    ASSERT_LE(last.first, owner) << "in the order of owners";
+    last = {owner, neighbour};
+    const std::uint32_t triangle = dual.triangle_of_face[face];
+    const std::int32_t part = complex.part[static_cast<std::size_t>(owner)];
+    if (triangle == Dual::no_triangle) {
+      ASSERT_NE(neighbour, Complex::outside);
+      ASSERT_EQ(part, complex.part[static_cast<std::size_t>(neighbour)]);
+    } else {
+      const PlaneSide& side = mesh.sides[mesh.side[triangle]];
+      const std::int32_t other = neighbour == Complex::outside
+                                     ? PlaneSide::nothing
+                                     : complex.part[static_cast<std::size_t>(neighbour)];
+      ASSERT_EQ(std::minmax(part, other), std::minmax(side.part, side.other));
+    }
+    for (std::size_t k = 0; k < cycle.size(); ++k) {
+      const std::uint32_t from = cycle[k], to = cycle[(k + 1) % cycle.size()];
+      ASSERT_NE(from, to);
+      ++edges[static_cast<std::size_t>(owner)][{from, to}];
+      if (neighbour != Complex::outside) ++edges[static_cast<std::size_t>(neighbour)][{to, from}];
+    }
+    for (std::size_t k = 1; k + 1 < cycle.size(); ++k) {
+      const Point &a = complex.points[cycle[0]], &b = complex.points[cycle[k]],
+                  &c = complex.points[cycle[k + 1]];
+      const long double six = cone(complex.points[0], a, b, c);
+      volume[part] += six;
+      if (neighbour != Complex::outside) volume[complex.part[static_cast<std::size_t>(neighbour)]] -= six;
+      if (triangle != Dual::no_triangle)
+        areas[{mesh.side[triangle], group[triangle]}] += signed_area(a, b, c, complex.outward[face]);
+    }
+  }
+  for (const auto& edges_of_cell : edges)
+    for (const auto& [edge, count] : edges_of_cell) {
+      const auto back = edges_of_cell.find({edge.second, edge.first});
+      ASSERT_TRUE(back != edges_of_cell.end() && back->second == count) << "a cell is not closed";
+    }
+  for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
+    const auto& [a, b, c, d] = mesh.tetrahedra[i];
+    volume_of_tetrahedra[mesh.part[i]] +=
+        cone(mesh.points[a], mesh.points[b], mesh.points[c], mesh.points[d]);
+  }
+  for (const auto& [part, content] : volume_of_tetrahedra)
+    EXPECT_NEAR(static_cast<double>(volume[part] - content), 0, 1e-9 * (1 + static_cast<double>(content)));
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& [a, b, c] = mesh.triangles[i];
+    areas_of_triangles[{mesh.side[i], group[i]}] += area(mesh.points[a], mesh.points[b], mesh.points[c]);
+  }
+  for (const auto& [name, size] : areas_of_triangles) EXPECT_NEAR(areas[name], size, 1e-9 * (1 + size));
+}
+
 class RandomMeshes : public testing::TestWithParam<Kind> {};
 
 INSTANTIATE_TEST_SUITE_P(Of, RandomMeshes, testing::Values(Kind::grid_boxes, Kind::solids),
@@ -218,6 +296,7 @@ TEST_P(RandomMeshes, TetrahedraAreValid) {
     EXPECT_LE(report.largest_move, options.clean);
     check_tetrahedra(mesh, solid.volume, 1e-9 * (1 + solid.volume) + report.largest_move * area);
     EXPECT_EQ(quality_of(mesh).turned, 0U);
+    check_dual(mesh);
     if (testing::Test::HasFailure()) return;
   }
 }
@@ -295,8 +374,9 @@ TEST(Shape, ABlockOfOneSizeIsGood) {
   shape(mesh, {.clean = 1e-6, .size = 1});
   check_tetrahedra(mesh, solid.volume, 1e-9 * solid.volume);
   const Quality quality = quality_of(mesh);
-  EXPECT_GT(quality.smallest_angle, 5);
-  EXPECT_LT(quality.tetrahedra_below[2], mesh.tetrahedra.size() / 100);
+  EXPECT_GT(quality.smallest_angle, 8);
+  EXPECT_EQ(quality.tetrahedra_below[2], 0U);
+  EXPECT_GT(quality.mean_aspect, 0.5);
 }
 
 /// Runs a phase that is asked to end at the n-th question. @return how often it asked, or 0 if it did end.
