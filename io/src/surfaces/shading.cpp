@@ -24,7 +24,7 @@ double length_of(const Direction& v) { return std::sqrt(dot(v, v)); }
 /// the longest side, in whose plane it nearly lies.
 class FacetNormals {
  public:
-  FacetNormals(const SingleSurface& surface, const EdgePairs& pairs) : surface_(surface), pairs_(pairs) {
+  FacetNormals(const SingleSurface& surface, const EdgePairs& pairs) : surface_(surface) {
     for (const SinglePoint3& point : surface.points)
       for (const float x : point) reach_ = std::max(reach_, std::fabs(double{x}));
     const std::size_t count = surface.triangles.size();
@@ -46,7 +46,6 @@ class FacetNormals {
 
  private:
   const SingleSurface& surface_;
-  const EdgePairs& pairs_;
   double reach_ = 0;
   std::vector<Direction> normal_;
 

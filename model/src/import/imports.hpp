@@ -43,8 +43,9 @@ struct ImportedPart {
 /// All parts of a file, in its order: one without a name of what only has triangles.
 struct ImportedParts {
   std::vector<ImportedPart> parts;
-  std::vector<std::string> warnings{};  ///< what is odd about the file, or not as exact in it
-  std::vector<std::string> notes{};     ///< what is right as it is, and good to know
+  std::vector<std::string> warnings{};         ///< what is odd about the file, or not as exact in it
+  std::vector<std::string> notes{};            ///< what is right as it is, and good to know
+  std::vector<std::array<double, 4>> sizes{};  ///< of a size field, see read_size_field
 };
 
 /// All parts as one mesh.

@@ -15,9 +15,17 @@ namespace bsp2::model {
 
 struct PartsStream {
   /// What comes next: the layout that both must have in common (a text), a remark (a text), an error (a text,
-  /// and nothing after it), a part (its name, a flag and four numbers for its colour, points, triangles), the
-  /// end.
-  enum class Record : char { layout = 'L', warning = 'W', note = 'N', error = 'E', part = 'P', end = '.' };
+  /// and nothing after it), a part (its name, a flag and four numbers for its colour, points, triangles),
+  /// sizes by place, the end.
+  enum class Record : char {
+    layout = 'L',
+    warning = 'W',
+    note = 'N',
+    error = 'E',
+    part = 'P',
+    sizes = 'S',
+    end = '.'
+  };
   static constexpr std::size_t most_text = std::size_t{1} << 20;
 };
 
@@ -45,6 +53,12 @@ class PartsWriter {
     bytes(points.data(), points.size_bytes());
     count(triangles.size());
     bytes(triangles.data(), triangles.size_bytes());
+  }
+  /// @param rows x, y, z and a length.
+  void sizes(std::span<const std::array<double, 4>> rows) {
+    record_of(Record::sizes);
+    count(rows.size());
+    bytes(rows.data(), rows.size_bytes());
   }
   void end() {
     record_of(Record::end);

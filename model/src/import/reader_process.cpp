@@ -127,6 +127,9 @@ class PartsReader {
         case Record::part:
           parts.parts.push_back(part());
           break;
+        case Record::sizes:
+          each<std::array<double, 4>>([&](const auto& row) { parts.sizes.push_back(row); });
+          break;
         case Record::end:
           return is_whole_ && has_layout_;
         default:

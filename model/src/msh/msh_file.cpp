@@ -143,7 +143,8 @@ std::optional<ElementType> element_type(std::int64_t number) {
 
 class MshReader {
  public:
-  MshReader(std::string_view bytes, const std::filesystem::path& path) : input_(bytes, path) {}
+  MshReader(std::string_view bytes, const std::filesystem::path& path, bool with_data)
+      : input_(bytes, path), with_data_(with_data) {}
 
   MshFile read() {
     read_format();
@@ -164,11 +165,13 @@ class MshReader {
 
  private:
   MshInput input_;
+  const bool with_data_;
   bool is_version_4_ = false;
   MshFile file_;
   std::unordered_map<std::uint64_t, std::uint32_t> point_of_node_;
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> physical_names_;    // by dimension and number
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> physical_groups_;  // of entities
+  std::unordered_map<std::uint64_t, Point3> middle_of_element_;                    // with data
   bool has_nodes_ = false, has_elements_ = false;
 
   void read_format() {
@@ -197,6 +200,7 @@ class MshReader {
       read_names();
       return true;
     }
+    if (name == "$NodeData" || name == "$ElementData") return read_data(name == "$NodeData");
     if (name != "$Nodes" && name != "$Elements" && !(name == "$Entities" && is_version_4_)) return false;
     if (is_version_4_) input_.line();  // in binary files numbers begin right after it
     if (name == "$Entities") {
@@ -222,6 +226,41 @@ class MshReader {
       physical_names_[{dimension, number}] = printable_name(rest.substr(first + 1, last - first - 1));
     }
     input_.is_binary = is_binary;
+  }
+
+  /// Numbers of nodes or elements. What stands before them is text in binary files, too.
+  /// @return false if they are not wanted, or more than one each.
+  bool read_data(bool of_nodes) {
+    if (!with_data_ || !file_.data.empty()) return false;
+    const bool is_binary = std::exchange(input_.is_binary, false);
+    std::size_t texts = input_.count(input_.size(), 1);
+    for (input_.line(); texts > 0; --texts) input_.line();
+    for (std::size_t left = input_.count(input_.size(), 2); left > 0; --left) input_.coordinate();
+    std::vector<std::size_t> tags(input_.count(input_.size(), 2));
+    for (std::size_t& tag : tags) tag = input_.size();
+    if (tags.size() < 3) input_.fail("expected a step, how many numbers there are each, and of how many");
+    input_.is_binary = is_binary;
+    if (tags[1] != 1) return false;
+    if (is_binary) input_.line();
+    for (std::size_t left = input_.count(tags[2], is_binary ? 12 : 4); left > 0; --left) {
+      const auto number = static_cast<std::uint64_t>(input_.integer());
+      const Point3 at = of_nodes ? node(number) : middle_of_element(number);
+      file_.data.push_back({at[0], at[1], at[2], input_.coordinate()});
+    }
+    return true;
+  }
+
+  const Point3& node(std::uint64_t number) const {
+    const auto found = point_of_node_.find(number);
+    if (found == point_of_node_.end()) input_.fail("there is no node " + std::to_string(number));
+    return file_.points[found->second];
+  }
+
+  const Point3& middle_of_element(std::uint64_t number) const {
+    const auto found = middle_of_element_.find(number);
+    if (found == middle_of_element_.end())
+      input_.fail("there is no triangle, quadrangle or solid element " + std::to_string(number));
+    return found->second;
   }
 
   void read_entities() {
@@ -270,10 +309,10 @@ class MshReader {
   void read_elements_2() {
     if (input_.is_binary) return read_binary_elements_2();
     for (std::size_t left = count_2(8); left > 0; --left) {
-      input_.integer();
+      const auto number = static_cast<std::uint64_t>(input_.integer());
       const ElementType type = known_type(input_.integer());
       const std::size_t tags = input_.count(input_.size(), 2);
-      read_element_2(type, tags);
+      read_element_2(number, type, tags);
     }
   }
 
@@ -285,21 +324,21 @@ class MshReader {
         input_.fail("a block of " + counted(some, "# element[s] with ") + counted(tags, "# tag[s], where ") +
                     counted(left, "# element[s] [is|are] left"));
       for (std::int64_t i = 0; i < some; ++i) {
-        input_.integer();
-        read_element_2(type, input_.count(static_cast<std::size_t>(tags), 4));
+        const auto number = static_cast<std::uint64_t>(input_.integer());
+        read_element_2(number, type, input_.count(static_cast<std::size_t>(tags), 4));
       }
       left -= static_cast<std::size_t>(some);
     }
   }
 
   /// @param tags the first is the physical group, the second the entity.
-  void read_element_2(const ElementType& type, std::size_t tags) {
+  void read_element_2(std::uint64_t number, const ElementType& type, std::size_t tags) {
     std::array<std::int64_t, 2> first{};
     for (std::size_t i = 0; i < tags; ++i) {
       const std::int64_t tag = i < 2 ? input_.group() : input_.integer();
       if (i < 2) first[i] = tag;
     }
-    read_corners(type,
+    read_corners(number, type,
                  group_of(type.dimension, first[0] != 0 ? std::optional(first[0]) : std::nullopt, first[1]),
                  [&] { return static_cast<std::uint64_t>(input_.integer()); });
   }
@@ -332,8 +371,8 @@ class MshReader {
           group_of(type.dimension,
                    found != physical_groups_.end() ? std::optional(found->second) : std::nullopt, entity);
       for (std::size_t i = input_.count(input_.size(), 2); i > 0; --i) {
-        input_.size();
-        read_corners(type, group, [&] { return static_cast<std::uint64_t>(input_.size()); });
+        const std::size_t number = input_.size();
+        read_corners(number, type, group, [&] { return static_cast<std::uint64_t>(input_.size()); });
       }
     }
   }
@@ -356,7 +395,7 @@ class MshReader {
   }
 
   template <typename Next>
-  void read_corners(const ElementType& type, MshFile::Group* group, Next next) {
+  void read_corners(std::uint64_t number, const ElementType& type, MshFile::Group* group, Next next) {
     std::vector<std::uint32_t> corners;
     for (int i = 0; i < type.nodes; ++i) {
       const std::uint64_t node = next();
@@ -371,16 +410,27 @@ class MshReader {
     }
     if (group == nullptr) return;
     if (type.nodes > type.corners) ++file_.curved;
+    if (with_data_) middle_of_element_[number] = middle_of(corners);
     group->elements.push_back(std::move(corners));
+  }
+
+  Point3 middle_of(const std::vector<std::uint32_t>& corners) const {
+    Point3 middle{};
+    for (const std::uint32_t corner : corners)
+      for (std::size_t k = 0; k < 3; ++k)
+        middle[k] += file_.points[corner][k] / static_cast<double>(corners.size());
+    return middle;
   }
 };
 
 }  // namespace
 
-MshFile read_msh(std::string_view bytes, const std::filesystem::path& path) {
-  return MshReader(bytes, path).read();
+MshFile read_msh(std::string_view bytes, const std::filesystem::path& path, bool with_data) {
+  return MshReader(bytes, path, with_data).read();
 }
 
-MshFile read_msh(const std::filesystem::path& path) { return read_msh(read_text(path), path); }
+MshFile read_msh(const std::filesystem::path& path, bool with_data) {
+  return read_msh(read_text(path), path, with_data);
+}
 
 }  // namespace bsp2::model

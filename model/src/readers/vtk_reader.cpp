@@ -1,4 +1,4 @@
-// bsp2-read-vtk: reads surfaces of VTK (.vtp) for the model.
+// bsp2-read-vtk: reads surfaces of VTK (.vtp) for the model, and sizes by place (.vtu).
 #include <vtkAbstractArray.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
@@ -8,11 +8,14 @@
 #include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkObject.h>
+#include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkStringArray.h>
 #include <vtkTriangleFilter.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
 
 #include <algorithm>
 #include <cmath>
@@ -100,27 +103,33 @@ void check_corners(vtkPolyData* data) {
 }
 
 /// VTK tells of a text that is no XML, or ends too early, by no word.
-[[noreturn]] void fail_without_polygons(const std::string& path) {
+[[noreturn]] void fail_without(const std::string& what, const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   const std::string bytes(std::istreambuf_iterator<char>(file), {});
   if (bytes.find("<VTKFile") == std::string::npos)
     throw Error("is no XML file of VTK: there is no <VTKFile> in it");
   if (bytes.find("</VTKFile>") == std::string::npos)
     throw Error("is damaged or cut off: it does not end with </VTKFile>");
-  throw Error("there are no polygons in it");
+  throw Error("there are no " + what + " in it");
 }
 
-void read(const ReadRequest& request, PartsWriter& writer) {
+/// What a reader of VTK makes of a file. @throws Error with the first thing that it says.
+template <typename Reader>
+void update(Reader* reader, const std::string& path) {
   vtkObject::GlobalWarningDisplayOff();
   vtkNew<FirstError> errors;
-  vtkNew<vtkXMLPolyDataReader> reader;
   reader->AddObserver(vtkCommand::ErrorEvent, errors);
-  reader->SetFileName(request.path.c_str());
+  reader->SetFileName(path.c_str());
   reader->SetReaderErrorObserver(errors);
   reader->SetParserErrorObserver(errors);
   reader->Update();
   if (!errors->text.empty()) throw Error("it is damaged: " + errors->text);
   if (reader->GetErrorCode() != 0) throw Error("it is damaged, or cut off");
+}
+
+void read_surface(const ReadRequest& request, PartsWriter& writer) {
+  vtkNew<vtkXMLPolyDataReader> reader;
+  update(reader.Get(), request.path);
   vtkPolyData* const data = reader->GetOutput();
   check_corners(data);
   const vtkIdType passed_over = data->GetNumberOfVerts() + data->GetNumberOfLines();
@@ -128,7 +137,6 @@ void read(const ReadRequest& request, PartsWriter& writer) {
   filter->SetInputData(data);
   filter->PassVertsOff();
   filter->PassLinesOff();
-  filter->AddObserver(vtkCommand::ErrorEvent, errors);
   filter->Update();
   vtkPolyData* const triangles = filter->GetOutput();
   vtkDataArray* const part_of = triangles->GetCellData()->GetArray("part");
@@ -147,7 +155,7 @@ void read(const ReadRequest& request, PartsWriter& writer) {
     if (colour != part.colour) part.is_of_one_colour = false;
     add_triangle(triangles, corners->GetPointer(0), part);
   }
-  if (parts.empty()) fail_without_polygons(request.path);
+  if (parts.empty()) fail_without("polygons", request.path);
   auto* const names = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray("part_names"));
   PartNames used;
   vtkIdType many_coloured = 0;
@@ -170,6 +178,64 @@ void read(const ReadRequest& request, PartsWriter& writer) {
     writer.text(PartsStream::Record::note,
                 counted(many_coloured,
                         "# part[s] [has|have] polygons of several colours, and [comes|come] without one"));
+}
+
+// --- sizes by place ---
+
+/// The one that is called "size", or else the only one that has a number for each point or cell; none.
+vtkDataArray* size_array(vtkUnstructuredGrid* grid) {
+  std::vector<vtkDataArray*> all;
+  for (vtkFieldData* const data :
+       {static_cast<vtkFieldData*>(grid->GetPointData()), static_cast<vtkFieldData*>(grid->GetCellData())})
+    for (int i = 0; i < data->GetNumberOfArrays(); ++i) {
+      vtkDataArray* const array = data->GetArray(i);
+      if (array == nullptr || array->GetNumberOfComponents() != 1) continue;
+      if (array->GetName() != nullptr && std::string(array->GetName()) == "size") return array;
+      all.push_back(array);
+    }
+  return all.size() == 1 ? all.front() : nullptr;
+}
+
+std::array<double, 3> middle_of_cell(vtkUnstructuredGrid* grid, vtkIdType cell) {
+  vtkNew<vtkIdList> corners;
+  grid->GetCellPoints(cell, corners);
+  std::array<double, 3> middle{}, corner{};
+  for (vtkIdType i = 0; i < corners->GetNumberOfIds(); ++i) {
+    if (corners->GetId(i) < 0 || corners->GetId(i) >= grid->GetNumberOfPoints())
+      throw Error("cell " + std::to_string(cell) + " names point " + std::to_string(corners->GetId(i)) +
+                  ", but there are " + std::to_string(grid->GetNumberOfPoints()) + ", the first being 0");
+    grid->GetPoint(corners->GetId(i), corner.data());
+    for (std::size_t k = 0; k < 3; ++k)
+      middle[k] += corner[k] / static_cast<double>(corners->GetNumberOfIds());
+  }
+  return middle;
+}
+
+void read_sizes(const ReadRequest& request, PartsWriter& writer) {
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  update(reader.Get(), request.path);
+  vtkUnstructuredGrid* const grid = reader->GetOutput();
+  if (grid->GetNumberOfPoints() == 0) fail_without("points", request.path);
+  vtkDataArray* const sizes = size_array(grid);
+  if (sizes == nullptr)
+    throw Error("there must be an array 'size' of one number for each point or cell, or only one such array");
+  const bool is_of_points = grid->GetPointData()->HasArray(sizes->GetName()) != 0;
+  const vtkIdType count = is_of_points ? grid->GetNumberOfPoints() : grid->GetNumberOfCells();
+  if (sizes->GetNumberOfTuples() < count) throw Error("it is damaged: there are too few sizes");
+  std::vector<std::array<double, 4>> rows;
+  for (vtkIdType i = 0; i < count; ++i) {
+    std::array<double, 3> at{};
+    if (is_of_points)
+      grid->GetPoint(i, at.data());
+    else
+      at = middle_of_cell(grid, i);
+    rows.push_back({at[0], at[1], at[2], sizes->GetComponent(i, 0)});
+  }
+  writer.sizes(rows);
+}
+
+void read(const ReadRequest& request, PartsWriter& writer) {
+  request.path.ends_with(".vtu") ? read_sizes(request, writer) : read_surface(request, writer);
 }
 
 }  // namespace

@@ -508,7 +508,7 @@ TEST_F(MeshFile, EncryptedEntriesAreToldAsSuch) {
       std::ifstream made(path, std::ios::binary);
       const std::string bytes{std::istreambuf_iterator<char>(made), {}};
       for (const char* file : {"m.3mf", "m.amf"})
-        if (std::string_view(file) == "m.amf" || name.starts_with("3D"))
+        if (std::string_view(file) == "m.amf" || name.starts_with("3D")) {
           EXPECT_EQ(message(file, bytes),
                     ": '" + name + "' in it is encrypted; write the file without a password");
     }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <iomanip>
 #include <iterator>
@@ -17,6 +19,7 @@
 #include <vector>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/model/msh/size_field.hpp"
 #include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
 #include "support/rounds.hpp"
@@ -273,6 +276,102 @@ TEST(Msh, TellsWhatIsWrongAndWhere) {
             std::string::npos);
   EXPECT_NE(message_of(version_2("1\n1 77 2 0 1 1\n")).find("elements of type 77"), std::string::npos);
   EXPECT_NE(message_of(version_2("1\n1 1 2 0 1 1 2\n")).find("no triangles"), std::string::npos);
+}
+
+// --- sizes by place ---
+
+std::vector<std::array<double, 4>> sizes_in(const std::string& bytes, const std::string& name) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / name;
+  std::ofstream(file, std::ios::binary) << bytes;
+  const auto sizes = read_size_field(file);
+  std::filesystem::remove(file);
+  return sizes;
+}
+
+std::string message_about(const std::string& bytes, const std::string& name) {
+  try {
+    sizes_in(bytes, name);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string data_section(const std::string& name, const std::string& numbers, int count, int components = 1) {
+  return "$" + name + "\n2\n\"how long edges shall be\"\n\"more\"\n1\n0.5\n3\n0\n" +
+         std::to_string(components) + "\n" + std::to_string(count) + "\n" + numbers + "$End" + name + "\n";
+}
+
+TEST(SizeField, IsReadFromDataOfNodesAndElements) {
+  const std::string mesh = version_2("2\n1 4 2 1 1 1 2 3 40\n7 4 2 9 2 1 2 3 5\n");
+  using Rows = std::vector<std::array<double, 4>>;
+  EXPECT_EQ(sizes_in(mesh + data_section("NodeData", "2 0.25\n40 3\n", 2), "a.msh"),
+            (Rows{{1, 0, 0, 0.25}, {0, 0, 1, 3}}));
+  EXPECT_EQ(sizes_in(mesh + data_section("NodeData", "2 1 2 3\n", 1, 3) +
+                         data_section("ElementData", "7 0.125\n", 1),
+                     "a.msh"),
+            (Rows{{0.25, 0.25, -0.5, 0.125}}))
+      << "vectors are passed over";
+  EXPECT_NE(message_about(mesh, "a.msh").find("there are no sizes"), std::string::npos);
+  EXPECT_NE(message_about(mesh + data_section("NodeData", "2 -1\n", 1), "a.msh")
+                .find("at (1, 0, 0) the size is -1"),
+            std::string::npos);
+  EXPECT_NE(message_about(mesh + data_section("NodeData", "6 1\n", 1), "a.msh").find("there is no node 6"),
+            std::string::npos);
+  EXPECT_NE(message_about(mesh + data_section("NodeData", "", 1000000), "a.msh").find("cut off"),
+            std::string::npos);
+}
+
+TEST(SizeField, IsReadFromBinaryData) {
+  std::string bytes = "$MeshFormat\n2.2 1 8\n";
+  put(bytes, 1);
+  bytes += "\n$EndMeshFormat\n$Nodes\n2\n";
+  for (int i = 0; i < 2; ++i) {
+    put(bytes, i + 1);
+    for (const double x : {1.0 * i, 2.0, 3.0}) put(bytes, x);
+  }
+  bytes += "\n$EndNodes\n$Elements\n1\n";
+  for (const int number : {1, 1, 0, 5, 1, 2}) put(bytes, number);  // a line
+  bytes += "\n$EndElements\n$NodeData\n1\n\"h\"\n1\n0\n3\n0\n1\n2\n";
+  for (int i = 0; i < 2; ++i) {
+    put(bytes, i + 1);
+    put(bytes, 0.5 + i);
+  }
+  bytes += "\n$EndNodeData\n";
+  EXPECT_EQ(sizes_in(bytes, "b.msh"), (std::vector<std::array<double, 4>>{{0, 2, 3, 0.5}, {1, 2, 3, 1.5}}));
+}
+
+std::string grid_of_vtk(const std::string& point_data, const std::string& cell_data) {
+  return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\"><UnstructuredGrid>"
+         "<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\"><Points><DataArray type=\"Float64\" "
+         "NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points><Cells>"
+         "<DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray><DataArray "
+         "type=\"Int64\" Name=\"offsets\" format=\"ascii\">4</DataArray><DataArray type=\"UInt8\" "
+         "Name=\"types\" "
+         "format=\"ascii\">10</DataArray></Cells><PointData>" +
+         point_data + "</PointData><CellData>" + cell_data +
+         "</CellData></Piece></UnstructuredGrid></VTKFile>\n";
+}
+
+std::string array_of_vtk(const std::string& name, const std::string& numbers) {
+  return "<DataArray type=\"Float64\" Name=\"" + name + "\" format=\"ascii\">" + numbers + "</DataArray>";
+}
+
+TEST(SizeField, IsReadFromGridsOfVtk) {
+  using Rows = std::vector<std::array<double, 4>>;
+  const Rows of_points{{0, 0, 0, 1}, {1, 0, 0, 2}, {0, 1, 0, 3}, {0, 0, 1, 4}},
+      of_cells{{0.25, 0.25, 0.25, 5}};
+  EXPECT_EQ(sizes_in(grid_of_vtk(array_of_vtk("h", "1 2 3 4"), ""), "a.vtu"), of_points);
+  EXPECT_EQ(sizes_in(grid_of_vtk("", array_of_vtk("error", "5")), "a.vtu"), of_cells);
+  EXPECT_EQ(sizes_in(grid_of_vtk(array_of_vtk("heat", "1 2 3 4"), array_of_vtk("size", "5")), "a.vtu"),
+            of_cells);
+  const auto expect_told = [](const std::string& bytes, const std::string& text) {
+    EXPECT_NE(message_about(bytes, "a.vtu").find(text), std::string::npos) << message_about(bytes, "a.vtu");
+  };
+  expect_told(grid_of_vtk(array_of_vtk("heat", "1 2 3 4"), array_of_vtk("error", "5")), "an array 'size'");
+  expect_told(grid_of_vtk("", array_of_vtk("size", "0")), "the size is 0");
+  expect_told("size 1", "there is no <VTKFile>");
+  expect_told(grid_of_vtk("", array_of_vtk("size", "5")).substr(0, 300), "a.vtu: ");
 }
 
 }  // namespace

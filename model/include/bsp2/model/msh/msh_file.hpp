@@ -25,14 +25,17 @@ struct MshFile {
   std::map<Key, Group> surfaces, volumes;
   std::size_t curved = 0;              ///< elements of higher order
   std::vector<std::uint32_t> between;  ///< their points that are no corners; some are in it more than once
+  /// Of its first data of one number: where a node or the middle of an element is, and the number.
+  std::vector<std::array<double, 4>> data;
 };
 
 /// Reads versions 2.2 and 4.1, text and binary. Lines and points alone are passed over.
 /// @param path of the file in messages.
 /// @throws bsp2::Error with the line or byte of what is damaged or cut off.
-MshFile read_msh(std::string_view bytes, const std::filesystem::path& path);
+/// @param with_data read `data`, too.
+MshFile read_msh(std::string_view bytes, const std::filesystem::path& path, bool with_data = false);
 
 /// The same of a file. @throws bsp2::Error also if it cannot be read.
-MshFile read_msh(const std::filesystem::path& path);
+MshFile read_msh(const std::filesystem::path& path, bool with_data = false);
 
 }  // namespace bsp2::model

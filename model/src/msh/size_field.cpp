@@ -1,4 +1,4 @@
-#include "bsp2/io/inputs/size_field.hpp"
+#include "bsp2/model/msh/size_field.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,10 @@
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/model/msh/msh_file.hpp"
+#include "import/reader_process.hpp"
 
-namespace bsp2::io {
+namespace bsp2::model {
 namespace {
 
 using Row = std::array<double, 4>;
@@ -24,9 +26,7 @@ std::optional<Row> row_of(const std::string& line) {
   return words >> more ? std::nullopt : std::optional(row);
 }
 
-}  // namespace
-
-std::vector<Row> read_size_field(const std::filesystem::path& path) {
+std::vector<Row> read_lines(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) throw Error("cannot read '" + path.string() + "'");
   std::vector<Row> rows;
@@ -48,4 +48,27 @@ std::vector<Row> read_size_field(const std::filesystem::path& path) {
   return rows;
 }
 
-}  // namespace bsp2::io
+std::vector<Row> read_mesh(const std::filesystem::path& path, bool is_vtu) {
+  auto rows = is_vtu ? parts_by_program("bsp2-read-vtk", "VTK", path, {}).sizes : read_msh(path, true).data;
+  if (rows.empty())
+    throw Error(path.string() +
+                (is_vtu ? ": there are no sizes in it"
+                        : ": there are no sizes in it: $NodeData or $ElementData of one number each"));
+  for (const Row& row : rows)
+    if (!std::isfinite(row[0] + row[1] + row[2]) || !std::isfinite(row[3]) || !(row[3] > 0)) {
+      std::ostringstream text;
+      text << path.string() << ": at (" << row[0] << ", " << row[1] << ", " << row[2] << ") the size is "
+           << row[3] << "; it must be a length above 0";
+      throw Error(text.str());
+    }
+  return rows;
+}
+
+}  // namespace
+
+std::vector<Row> read_size_field(const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  return ending == ".vtu" || ending == ".msh" ? read_mesh(path, ending == ".vtu") : read_lines(path);
+}
+
+}  // namespace bsp2::model
