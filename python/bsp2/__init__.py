@@ -106,7 +106,7 @@ def _found(compute, what, progress, stop, all_ranks, options):
 
 
 _OPTIONS = frozenset(
-    "threads regions level tolerance angle eye order budget cells curved coincidence parts_by_color keep_in keep_fuzzy keep_out strict "
+    "threads regions level tolerance size size_field angle eye order budget cells curved coincidence parts_by_color keep_in keep_fuzzy keep_out strict "
     "measures_only surface surface_only faces contacts snapshot timeout".split()
 )
 
@@ -130,6 +130,8 @@ def evaluate(model, *, progress=False, stop=None, ranks=None, **options):
     regions: space is cut into so many, a power of two; none: by the model.
     level: stop after so many cuts in a row; the rest stays FUZZY.
     tolerance: round solids are refined until FUZZY cells are thinner than this length.
+    size_field: rows of x, y, z and a length, of which the nearest counts: the tolerance is that of edges as long as `size` (none: as the
+    largest length), and less by the square of what is shorter here, so what is round gets facets that are shorter in the same measure.
     angle, eye: or are seen thinner than so many degrees from this point.
     order: 'depth', or 'priority': what is largest first.
     budget: seconds of the computation; the rest stays FUZZY. cells: end at about so many.

@@ -194,6 +194,7 @@ def solver_mesh(
     clean: Optional[float] = None,
     groups: Union[Mapping[str, str], Sequence[str], None] = None,
     polyhedra: bool = False,
+    dual: bool = False,
     **options: Any,
 ) -> SolverMesh: ...
 def draw(

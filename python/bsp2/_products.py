@@ -35,24 +35,30 @@ def _model_of(result):
 # --- Meshes for solvers ---
 
 
-def solver_mesh(model, size=None, *, part_sizes=None, size_field=None, growth=0.6, clean=None, groups=None, polyhedra=False, **options):
+def solver_mesh(model, size=None, *, part_sizes=None, size_field=None, growth=0.6, clean=None, groups=None, polyhedra=False, dual=False, **options):
     """A mesh for solvers: tetrahedra that meet face to face, right side out, with parts and sides by name. See docs/meshing.md.
 
     model: an expression, which is evaluated with the other keywords, or a result that holds its cells.
     size: wanted length of edges; none: a twentieth of the diagonal; 0: the cells' own tetrahedra.
     part_sizes: likewise of parts: {"copper": 0.5}.
-    size_field: rows of x, y, z and a length: edges are no longer than that of the nearest place; without size, as long.
+    size_field: rows of x, y, z and a length, or a file of them (.vtu, .msh, a text): edges are no longer than that of the nearest
+    place; without size, as long. Of an expression what is round is refined alike (see `evaluate`).
     growth: by which share of the distance edges may grow from where they are short.
     clean: what is shorter is absorbed, by moves of at most this; none: a millionth of the smallest part.
     groups: names of faces by where they are: {"inlet": "x==min", "top": "z>=4 & colour==red", "skin": "angle<=30"}.
-    polyhedra: the cells as they are, for `save` alone.
+    polyhedra: the cells as they are, for `save` alone. dual: polyhedra about the points of the tetrahedra, likewise.
     """
+    if isinstance(size_field, (str, os.PathLike)):
+        size_field = _bsp2._read_size_field(os.fspath(size_field))
+    field = [] if size_field is None else [[float(x) for x in row] for row in size_field]
+    if any(len(row) != 4 for row in field):
+        raise ValueError("size_field: a row is x, y, z and a length")
     if isinstance(model, Result):
         if options:
             raise TypeError(f"{', '.join(sorted(options))}: a result is evaluated already")
         result = model
     else:
-        result = model.evaluate(**options)
+        result = model.evaluate(size_field=field, size=size or None, **options)
     if groups is None:
         rules = []
     elif isinstance(groups, dict):
@@ -61,12 +67,16 @@ def solver_mesh(model, size=None, *, part_sizes=None, size_field=None, growth=0.
         rules = [groups]
     else:
         rules = list(groups)
-    field = [] if size_field is None else [[float(x) for x in row] for row in size_field]
-    if any(len(row) != 4 for row in field):
-        raise ValueError("size_field: a row is x, y, z and a length")
     mesh = result._solver_mesh(
         dict(
-            size=size, clean=clean, part_sizes=dict(part_sizes or {}), size_field=field, growth=float(growth), groups=rules, polyhedra=polyhedra
+            size=size,
+            clean=clean,
+            part_sizes=dict(part_sizes or {}),
+            size_field=field,
+            growth=float(growth),
+            groups=rules,
+            polyhedra=polyhedra,
+            dual=dual,
         )
     )
     bsp2._warn(mesh.warnings)

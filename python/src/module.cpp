@@ -105,6 +105,8 @@ Options options_of(const py::dict& given) {
   options.regions = optional_of<unsigned>(given, "regions");
   options.level = optional_of<unsigned>(given, "level");
   options.tolerance = optional_of<double>(given, "tolerance");
+  set("size_field", options.size_field);
+  options.size = optional_of<double>(given, "size");
   options.angle = optional_of<double>(given, "angle");
   set("eye", options.eye);
   if (const auto order = optional_of<std::string>(given, "order")) {
@@ -255,6 +257,7 @@ SolverMeshOptions solver_mesh_options(const py::dict& given) {
   options.growth = given["growth"].cast<double>();
   options.groups = given["groups"].cast<std::vector<std::string>>();
   options.polyhedra = given["polyhedra"].cast<bool>();
+  options.dual = given["dual"].cast<bool>();
   return options;
 }
 
@@ -284,6 +287,7 @@ DrawingOptions drawing_options(const py::dict& given) {
 }
 
 void add_solver_mesh(py::module_& m) {
+  m.def("_read_size_field", [](const std::string& path) { return read_size_field(path); });
   const auto shown = [](auto member, std::size_t width) {
     return [=](const py::object& self) {
       return view_of((self.cast<const SolverMesh&>().*member)(), self, width);

@@ -325,10 +325,15 @@ enum class Order : std::uint8_t { depth, priority };
 
 /// What to find, and how far to go. As the options of `bsp2 run` of the same name; the same on all ranks.
 struct Options {
-  unsigned threads = 0;                ///< of each rank; 0: one a core
-  std::optional<unsigned> regions;     ///< rounded up to a power of two; none: by the model
-  std::optional<unsigned> level;       ///< stop after so many cuts in a row; the rest stays FUZZY
-  std::optional<double> tolerance;     ///< round solids are refined until FUZZY cells are thinner
+  unsigned threads = 0;             ///< of each rank; 0: one a core
+  std::optional<unsigned> regions;  ///< rounded up to a power of two; none: by the model
+  std::optional<unsigned> level;    ///< stop after so many cuts in a row; the rest stays FUZZY
+  std::optional<double> tolerance;  ///< round solids are refined until FUZZY cells are thinner
+  /// x, y, z and a length, of which the nearest counts, in space: the tolerance is that of edges as long as
+  /// `size` (none: as the largest length), and less by the square of what is shorter here, so what is round
+  /// gets facets that are shorter in the same measure.
+  std::vector<std::array<double, 4>> size_field;
+  std::optional<double> size;
   std::optional<double> angle;         ///< or are seen thinner from `eye`, in degrees
   std::vector<double> eye;             ///< D numbers
   Order order = Order::depth;          ///< what is refined first
@@ -483,13 +488,19 @@ struct SolverMeshOptions {
   std::optional<double> size;  ///< of edges; 0: the cells' own tetrahedra; none: a twentieth of the diagonal
   std::vector<std::pair<std::string, double>> part_sizes;  ///< likewise in parts, by name
   /// x, y, z and size: edges are no longer than the size at the nearest of these places; without `size` as
-  /// long.
+  /// long. Options::size_field refines what is round alike.
   std::vector<std::array<double, 4>> size_field;
   double growth = 0.6;              ///< by which share of the distance edges may grow from fine to coarse
   std::optional<double> clean;      ///< what is shorter is absorbed; none: a millionth of the smallest part
   std::vector<std::string> groups;  ///< faces by name: "NAME=WHERE", see docs/meshing.md
   bool polyhedra = false;           ///< the cells as they are instead: for files, there are no arrays of them
+  bool dual = false;  ///< polyhedra about the points of the tetrahedra instead, for finite volumes: likewise
 };
+
+/// Reads a size field: rows of x, y, z and a length above 0. Of a .vtu it is the array `size` of points or
+/// cells (which count where their middle is), or the only one of one number each; of a .msh the first data of
+/// one number of nodes or elements; all else is a text of such rows. @throws Error if there is none.
+BSP2_API std::vector<std::array<double, 4>> read_size_field(const std::filesystem::path& path);
 
 /// A mesh of tetrahedra that meet face to face, right side out, with names of volumes and of faces.
 class BSP2_API SolverMesh {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 
+#include "bsp2/api/products/solver_mesh.hpp"
 #include "expression/node.hpp"
 
 namespace bsp2 {
@@ -26,7 +27,16 @@ void check_positive(const char* name, const std::optional<double>& number) {
     throw Error(std::string(name) + " is " + Value(*number).text() + "; it takes a number above 0");
 }
 
+void check_size_field(const std::vector<std::array<double, 4>>& rows) {
+  for (const auto& [x, y, z, size] : rows) {
+    check_positive("size of size_field", size);
+    if (!std::isfinite(x + y + z)) throw Error("size_field has places that are no numbers");
+  }
+}
+
 supersteps::RunOptions run_options(const Options& options) {
+  check_size_field(options.size_field);
+  check_positive("size", options.size);
   check_positive("tolerance", options.tolerance);
   check_positive("angle", options.angle);
   check_positive("budget", options.budget);
@@ -54,6 +64,7 @@ supersteps::RunOptions run_options(const Options& options) {
   run.eye = options.eye;
   run.level = options.level;
   run.tolerance = options.tolerance;
+  run.tolerance_shares = api::tolerance_shares(options.size_field, options.size);
   run.angle = options.angle;
   run.budget_seconds = options.budget;
   if (options.budget) run.steps = 1;

@@ -4,7 +4,9 @@
 #include <stdexcept>
 
 #include "bsp2/io/files/file.hpp"
+#include "bsp2/model/msh/size_field.hpp"
 #include "evaluation/result.hpp"
+#include "evaluation/run_options.hpp"
 
 namespace bsp2 {
 
@@ -26,16 +28,18 @@ void check(const SolverMeshOptions& options) {
   if (options.clean) check_length("clean", *options.clean, true);
   for (const auto& [name, size] : options.part_sizes) check_length(("size of " + name).c_str(), size, false);
   check_length("growth", options.growth, false);
-  for (const auto& [x, y, z, size] : options.size_field) {
-    check_length("size of size_field", size, false);
-    if (!std::isfinite(x + y + z)) throw Error("size_field has places that are no numbers");
-  }
+  check_size_field(options.size_field);
+  if (options.polyhedra && options.dual) throw Error("polyhedra and dual: a mesh is one or the other");
   if (options.polyhedra &&
       (options.size.value_or(0) > 0 || !options.part_sizes.empty() || !options.size_field.empty()))
     throw Error("size: polyhedra are the cells as they are; tetrahedra have a size");
 }
 
 }  // namespace
+
+std::vector<std::array<double, 4>> read_size_field(const std::filesystem::path& path) {
+  return guarded([&] { return model::read_size_field(path); });
+}
 
 SolverMesh Result::solver_mesh(const SolverMeshOptions& options) const {
   return guarded([&] {

@@ -18,6 +18,7 @@
 #include "bsp2/meshing/complex/complex.hpp"
 #include "bsp2/meshing/groups/groups.hpp"
 #include "bsp2/meshing/sizes/size_field.hpp"
+#include "bsp2/meshing/tetrahedra/dual.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 #include "bsp2/model/expression/suggestion.hpp"
 
@@ -89,6 +90,12 @@ struct Extents {
   }
 };
 
+meshing::SizeField field_of(const std::vector<std::array<double, 4>>& rows) {
+  std::vector<meshing::SizeField::Entry> entries;
+  for (const auto& [x, y, z, size] : rows) entries.push_back({{x, y, z}, size});
+  return meshing::SizeField(std::move(entries));
+}
+
 class SolverMeshMaker {
  public:
   SolverMeshMaker(const SolverMeshOptions& options, const supersteps::RunResult& result,
@@ -101,7 +108,7 @@ class SolverMeshMaker {
     Complex complex = result_.asked->complex(result_);
     if (complex.cells() == 0) throw Error("there is nothing to mesh: the solid is empty");
     summary_.seconds_of_cells = seconds_since(start);
-    summary_.polyhedra = options_.polyhedra;
+    summary_.polyhedra = options_.polyhedra || options_.dual;
     const Extents extents(complex);
     summary_.clean = options_.clean.value_or(1e-6 * extents.smallest_part);
     summary_.size = options_.size.value_or(options_.size_field.empty() ? extents.all / 20 : field_.largest());
@@ -130,12 +137,6 @@ class SolverMeshMaker {
   io::SolverMesh& mesh_ = made_.mesh;
   const meshing::SizeField field_ = field_of(options_.size_field);
   std::optional<meshing::Groups> groups_;
-
-  static meshing::SizeField field_of(const std::vector<std::array<double, 4>>& rows) {
-    std::vector<meshing::SizeField::Entry> entries;
-    for (const auto& [x, y, z, size] : rows) entries.push_back({{x, y, z}, size});
-    return meshing::SizeField(std::move(entries));
-  }
 
   void tell_what_is_left_out() {
     const supersteps::RunReport& report = result_.report;
@@ -172,11 +173,7 @@ class SolverMeshMaker {
           part == other ? -1 : groups_->group_of(part, other, complex.points_of(face), complex.points));
     }
     groups_->divide(faces, mesh_.group_of_face);
-    for (const std::int32_t part : complex.part) mesh_.volume.push_back(groups_->volume_of(part));
-    summary_.faces = complex.faces();
-    summary_.outer_faces = static_cast<std::uint64_t>(
-        std::count(complex.neighbour.begin(), complex.neighbour.end(), Complex::outside));
-    mesh_.polyhedra = std::move(complex);
+    take_cells(std::move(complex));
   }
 
   void make_tetrahedra(const Complex& complex) {
@@ -208,7 +205,7 @@ class SolverMeshMaker {
       made_.notes.push_back(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away, ") +
                             "between what doubles hold for one plane or line");
     name_faces();
-    tell_quality();
+    options_.dual ? make_dual() : tell_quality();
     summary_.seconds_of_shape = seconds_since(start);
   }
 
@@ -247,6 +244,26 @@ class SolverMeshMaker {
     summary_.faces = (4 * tets.tetrahedra.size() + summary_.outer_faces) / 2;
   }
 
+  /// In the place of the tetrahedra.
+  void make_dual() {
+    meshing::Dual dual = meshing::dual_of(mesh_.tetrahedra, mesh_.group_of_triangle);
+    for (const std::uint32_t triangle : dual.triangle_of_face)
+      mesh_.group_of_face.push_back(
+          triangle == meshing::Dual::no_triangle ? -1 : mesh_.group_of_triangle[triangle]);
+    mesh_.tetrahedra = {};
+    mesh_.group_of_triangle.clear();
+    mesh_.volume.clear();
+    take_cells(std::move(dual.complex));
+  }
+
+  void take_cells(Complex complex) {
+    for (const std::int32_t part : complex.part) mesh_.volume.push_back(groups_->volume_of(part));
+    summary_.faces = complex.faces();
+    summary_.outer_faces = static_cast<std::uint64_t>(
+        std::count(complex.neighbour.begin(), complex.neighbour.end(), Complex::outside));
+    mesh_.polyhedra = std::move(complex);
+  }
+
   void tell_quality() {
     const meshing::Quality quality = meshing::quality_of(mesh_.tetrahedra);
     if (quality.turned > 0) throw std::runtime_error("a tetrahedron is turned over, against all care");
@@ -260,7 +277,7 @@ class SolverMeshMaker {
       for (const std::int32_t group : *groups)
         if (group >= 0) ++summary_.groups[static_cast<std::size_t>(group)].second;
     for (const std::string& name : mesh_.volumes) summary_.volumes.emplace_back(name, 0);
-    if (options_.polyhedra) {
+    if (mesh_.polyhedra) {
       count_polyhedra();
     } else {
       const auto& tets = mesh_.tetrahedra;
@@ -313,6 +330,20 @@ void MeshSummary::take(const meshing::Quality& quality) {
   mean_aspect = quality.mean_aspect;
   histogram = quality.histogram;
   below = quality.tetrahedra_below;
+}
+
+std::shared_ptr<const meshing::SizeField> tolerance_shares(
+    const std::vector<std::array<double, 4>>& size_field, std::optional<double> size) {
+  if (size_field.empty()) return nullptr;
+  double whole = size.value_or(0);
+  if (!(whole > 0))
+    for (const auto& row : size_field) whole = std::max(whole, row[3]);
+  std::vector<std::array<double, 4>> shares = size_field;
+  for (auto& row : shares) {
+    const double share = std::min(row[3] / whole, 1.0);
+    row[3] = share * share;
+  }
+  return std::make_shared<const meshing::SizeField>(field_of(shares));
 }
 
 MadeSolverMesh make_solver_mesh(const SolverMeshOptions& options, const supersteps::RunResult& result,

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/meshing/sizes/size_field.hpp"
 #include "process/combiner.hpp"
 #include "process/transformer.hpp"
 #include "producers/convex_producer.hpp"
@@ -109,6 +110,8 @@ void Localizer<D>::set_view(std::span<const double> eye, double angle) {
 /// the cell's box.
 template <int D>
 double Localizer<D>::thin() const {
+  if constexpr (D == 3)
+    if (tolerance_shares_ != nullptr) return tolerance_ * tolerance_shares_->at(view_.extent().centre);
   if (!(angle_ > 0)) return tolerance_;
   double square = 0;
   for (int axis = 0; axis < D; ++axis) {

@@ -26,6 +26,7 @@ Worker<D>::Worker(EvaluationContext<D>& context, std::uint32_t index_)
       writer_(context.network.table) {
   totals.reset_bounds();
   localizer_.set_tolerance(context.options.tolerance.value_or(0));
+  localizer_.set_tolerance_shares(context.options.tolerance_shares.get());
   if (context.options.angle) localizer_.set_view(context.options.eye, *context.options.angle);
 }
 

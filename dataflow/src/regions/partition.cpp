@@ -77,6 +77,7 @@ class Looker {
   Looker(const Network<D>& network, const PartitionLimits& limits)
       : level_(limits.level), splitter_(network.table), localizer_(network, splitter_) {
     localizer_.set_tolerance(limits.tolerance);
+    localizer_.set_tolerance_shares(limits.tolerance_shares.get());
     if (limits.angle > 0) localizer_.set_view(limits.eye, limits.angle);
   }
 

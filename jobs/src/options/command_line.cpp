@@ -7,6 +7,7 @@
 #include <ostream>
 #include <span>
 
+#include "bsp2/api/products/solver_mesh.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/model/expression/csg.hpp"
@@ -314,7 +315,7 @@ void add_mesh_command(CLI::App& app, RunCommand& command, Raw& raw) {
       "Examples:\n"
       "  bsp2 mesh model.csg -o model.msh --size 2\n"
       "  bsp2 mesh model.csg -o model.inp --element-order 2 --group fixed=x==min\n"
-      "  bsp2 mesh model.csg -o case              an OpenFOAM case of polyhedra\n"
+      "  bsp2 mesh model.csg -o case              an OpenFOAM case\n"
       "  bsp2 mesh --check model.msh              what a mesh is like; is it valid?\n"
       "On several ranks the cells are computed by all and meshed by the first one.");
 }
@@ -451,6 +452,8 @@ RunCommand finished(RunCommand command, const Raw& raw) {
       command.options.steps = 0;
     } else {
       command.options.model = input;
+      const SolverMeshOptions& mesh = command.solver_mesh->options;
+      command.options.tolerance_shares = api::tolerance_shares(mesh.size_field, mesh.size);
     }
     command.options.collect = supersteps::Collect::master;
     command.options.can_be_asked = true;

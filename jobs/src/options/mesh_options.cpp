@@ -5,8 +5,8 @@
 
 #include "bsp2/api/products/group_rule.hpp"
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/io/inputs/size_field.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
+#include "bsp2/model/msh/size_field.hpp"
 #include "options/checks.hpp"
 
 namespace bsp2::jobs {
@@ -35,8 +35,9 @@ void add_mesh_options(CLI::App& app, MeshText& text) {
       ->group(group);
   app.add_option(
          "--type", text.type,
-         "tetrahedra, or the polyhedra that the cells are\n(default: tetrahedra; OpenFOAM: polyhedra)")
-      ->check(is_one_of({"tetrahedra", "polyhedra"}))
+         "tetrahedra; dual: polyhedra about their points, for\nfinite volumes; polyhedra: the cells as they "
+         "are\n(default: tetrahedra; OpenFOAM: dual)")
+      ->check(is_one_of({"tetrahedra", "dual", "polyhedra"}))
       ->type_name("TYPE")
       ->group(group);
   app.add_option("--size", text.size,
@@ -49,9 +50,10 @@ void add_mesh_options(CLI::App& app, MeshText& text) {
       ->allow_extra_args(false)
       ->type_name("NAME=H")
       ->group(group);
-  app.add_option("--size-field", text.size_field,
-                 "sizes by place: lines of x y z and a length, of which\nthe nearest counts; nowhere above "
-                 "--size")
+  app.add_option(
+         "--size-field", text.size_field,
+         "sizes by place: lines of x y z and a length, or a .vtu\nor .msh with such an array; the nearest "
+         "counts;\nnowhere above --size. What is round is refined alike")
       ->type_name("FILE")
       ->group(group);
   app.add_option("--growth", text.growth,
@@ -106,26 +108,27 @@ MeshCommand mesh_command(const MeshText& text) {
   if (!format) throw Error("-o: '" + text.output + "' must end in " + io::solver_endings());
   if (command.output.extension() == ".foam") command.output.replace_extension();
   SolverMeshOptions& options = command.options;
-  options.polyhedra = text.type.empty() ? *format == io::SolverFormat::openfoam : text.type == "polyhedra";
-  if (options.polyhedra && !io::holds_polyhedra(*format))
-    throw Error("--type polyhedra: only OpenFOAM cases and .vtu files hold polyhedra, not '" + text.output +
-                "'");
+  options.polyhedra = text.type == "polyhedra";
+  options.dual = text.type.empty() ? *format == io::SolverFormat::openfoam : text.type == "dual";
+  if ((options.polyhedra || options.dual) && !io::holds_polyhedra(*format))
+    throw Error("--type " + text.type + ": only OpenFOAM cases and .vtu files hold polyhedra, not '" +
+                text.output + "'");
   options.clean = text.clean;
   options.size = text.size;
-  if (!text.size_field.empty()) options.size_field = io::read_size_field(text.size_field);
+  if (!text.size_field.empty()) options.size_field = model::read_size_field(text.size_field);
   options.growth = text.growth;
   for (const std::string& each : text.part_sizes) options.part_sizes.push_back(part_size(each));
   for (const std::string& each : text.groups) api::parse_group(each);  // it is told now if it is wrong
   options.groups = text.groups;
   command.gmsh_version = text.version == "2.2" ? 22 : 41;
   command.second_order = text.order == 2;
-  if (command.second_order && (options.polyhedra || !io::holds_second_order(*format)))
+  if (command.second_order && (options.polyhedra || options.dual || !io::holds_second_order(*format)))
     throw Error(
         "--element-order 2: only tetrahedra in .msh, .inp, .xdmf and .vtu files may have points in the "
         "middle of edges");
   if (options.polyhedra &&
       (options.size.value_or(0) > 0 || !options.part_sizes.empty() || !options.size_field.empty()))
-    throw Error("--size: polyhedra are the cells as they are; add --type tetrahedra");
+    throw Error("--size: polyhedra are the cells as they are; --type tetrahedra and dual have a size");
   return command;
 }
 

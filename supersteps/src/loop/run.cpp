@@ -638,6 +638,10 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.model = options.model.string();
   report.ranks = static_cast<unsigned>(ranks.count());
   report.dimension = source.model.expression.dimension();
+  if (options.tolerance_shares && (options.angle || options.snapshot || options.resume))
+    throw Error("a tolerance by place goes neither with an angle nor with snapshots");
+  if (options.tolerance_shares && report.dimension != 3)
+    throw Error("a tolerance by place is for models of 3 dimensions");
   if (options.angle && options.eye.empty()) throw Error("an angle needs an eye from which it is seen");
   if (!options.eye.empty() && options.eye.size() != static_cast<std::size_t>(report.dimension))
     throw Error("the eye has " + counted(options.eye.size(), "# coordinate[s], the model has ") +

@@ -31,6 +31,7 @@ dataflow::PartitionLimits limits_of_cuts(const RunOptions& options, unsigned ran
   if (options.regions) limits.words *= 4;
   if (options.level) limits.level = *options.level;
   limits.tolerance = options.tolerance.value_or(0);
+  limits.tolerance_shares = options.tolerance_shares;
   if (options.angle) {
     limits.eye = options.eye;
     limits.angle = *options.angle * std::numbers::pi / 180;

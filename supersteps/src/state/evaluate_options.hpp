@@ -11,6 +11,7 @@ inline dataflow::EvaluateOptions limits_of(const RunOptions& options, unsigned t
   evaluate.threads = threads;
   evaluate.level = options.level;
   evaluate.tolerance = options.tolerance;
+  evaluate.tolerance_shares = options.tolerance_shares;
   evaluate.budget_seconds = options.budget_seconds;
   evaluate.cells = options.cells;
   evaluate.interrupted = options.interrupted;

@@ -8,6 +8,7 @@
 
 #include "bsp2/dataflow/evaluate/localizer.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/meshing/sizes/size_field.hpp"
 #include "bsp2/model/expression/csg.hpp"
 #include "dataflow/intervals.hpp"
 #include "dataflow/oracle.hpp"
@@ -383,6 +384,62 @@ TEST(Curved, ThinCellsDoNotReachFarBeyondTheSurface) {
           EXPECT_LT(nearest, 3 * tolerance);
         }
       }
+  }
+}
+
+using Places = std::vector<meshing::SizeField::Entry>;
+
+/// The most that counts somewhere between these points, which may be too many places.
+double largest_near(std::span<const double> points, const Places& places) {
+  double reach = 0;
+  for (std::size_t i = 3; i < points.size(); i += 3)
+    reach = std::max(reach,
+                     std::hypot(points[i] - points[0], points[i + 1] - points[1], points[i + 2] - points[2]));
+  const auto away = [&](const meshing::Point& at) {
+    return std::hypot(at[0] - points[0], at[1] - points[1], at[2] - points[2]);
+  };
+  double nearest = 1e9, largest = 0;
+  for (const auto& [at, share] : places) nearest = std::min(nearest, away(at));
+  for (const auto& [at, share] : places)
+    if (away(at) <= nearest + 2 * reach) largest = std::max(largest, share);
+  return largest;
+}
+
+/// The layer of a ball is as thin by place as the shares of the nearest places say.
+TEST(Curved, ToleranceMayDependOnThePlace) {
+  constexpr double tolerance = 0.05;
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  const auto coordinate = [&] { return uniform(random, -1, 1); };
+  const auto ball = model::ball(3, 1);
+  const Network<3> network = compile<3>(ball, {});
+  const double coarse = volume_interval<3>(ball, thinner_than(tolerance)).fuzzy,
+               fine = volume_interval<3>(ball, thinner_than(tolerance / 16)).fuzzy;
+  for (int round = 0; round < samples::rounds(4); ++round) {
+    Places places;
+    for (int i = 0; i < 6; ++i)
+      places.push_back(
+          {{coordinate(), coordinate(), coordinate()}, std::exp2(-std::floor(uniform(random, 0, 5)))});
+    EvaluateOptions options = thinner_than(tolerance);
+    options.tolerance_shares = std::make_shared<const meshing::SizeField>(places);
+    for (const auto& refinement : evaluate_all(network, 1, options).refinements)
+      for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell) {
+        if (refinement->cells.label[cell] != Label::fuzzy) continue;
+        const auto points = refinement->cells.cell_points(cell);
+        double least = 2, most = 0;  // distances from the middle of the ball
+        for (std::size_t i = 0; i < points.size(); i += 3) {
+          const double r = std::hypot(points[i], points[i + 1], points[i + 2]);
+          least = std::min(least, r);
+          most = std::max(most, r);
+        }
+        EXPECT_LE(most - least, 3 * tolerance * largest_near(points, places));
+      }
+    const VolumeInterval between = volume_interval<3>(ball, options);
+    expect_contains(between, ball_volume(3));
+    EXPECT_LE(between.fuzzy, coarse * (1 + 1e-9));
+    EXPECT_GE(between.fuzzy, fine * (1 - 1e-9));
+    expect_same_digest<3>(ball, options, 2);
   }
 }
 

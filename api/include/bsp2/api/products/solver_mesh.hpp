@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,6 +12,7 @@
 
 #include "bsp2/bsp2.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
+#include "bsp2/meshing/sizes/size_field.hpp"
 #include "bsp2/supersteps/state/run_result.hpp"
 
 namespace bsp2::api {
@@ -47,6 +50,12 @@ struct MadeSolverMesh {
 /// @throws bsp2::Error if there is nothing to mesh; std::runtime_error if no valid mesh was found.
 MadeSolverMesh make_solver_mesh(const SolverMeshOptions& options, const supersteps::RunResult& result,
                                 std::string_view dashes = "");
+
+/// Which share of the tolerance what is round may have by place, so that its facets have these lengths to each
+/// other: that of the squares. @param size_field x, y, z and a length above 0. @param size of which the
+/// tolerance is, and nothing is longer; none or 0: the largest. @return null without any.
+std::shared_ptr<const meshing::SizeField> tolerance_shares(
+    const std::vector<std::array<double, 4>>& size_field, std::optional<double> size);
 
 /// What was found of a mesh in a file.
 struct CheckedMesh {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,10 @@
 #include "bsp2/geometry/cells/cell.hpp"
 #include "bsp2/geometry/cells/measures.hpp"
 #include "bsp2/geometry/cells/splitter.hpp"
+
+namespace bsp2::meshing {
+class SizeField;
+}
 
 namespace bsp2::dataflow {
 
@@ -32,6 +37,8 @@ struct EvaluateOptions {
   std::optional<unsigned> level;  ///< what is undecided so deep in the BSP tree is left
   std::optional<double>
       tolerance;                ///< what is undecided about round solids in cells thinner than this is left
+  /// Shares of the tolerance by place, which the middle of a cell looks up: of D = 3, and not with `angle`.
+  std::shared_ptr<const meshing::SizeField> tolerance_shares;
   std::optional<double> angle;  ///< likewise in cells that are seen thinner than this from `eye`, in radians
   std::optional<double> budget_seconds;  ///< what is undecided then is left; making the cells of frontiers
                                          ///< again is no part of it

@@ -10,6 +10,10 @@
 #include "bsp2/dataflow/process/cell_view.hpp"
 #include "bsp2/dataflow/process/process.hpp"
 
+namespace bsp2::meshing {
+class SizeField;
+}
+
 namespace bsp2::dataflow {
 
 /// Fires a token through the network: asks the producers of its localized expression about a cell, folds
@@ -43,6 +47,9 @@ class Localizer {
 
   /// Cells thinner than this are not cut along round solids. 0: all are.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
+  /// And of that the share for the place of the cell's middle. @param shares none, or it outlives this.
+  /// @pre D = 3.
+  void set_tolerance_shares(const meshing::SizeField* shares) { tolerance_shares_ = shares; }
   /// Nor cells that are thinner than this angle, in radians, wherever in them one looks from the eye. @pre D
   /// coordinates.
   void set_view(std::span<const double> eye, double angle);
@@ -84,6 +91,7 @@ class Localizer {
   bool covers_ = false;  // what was visited last is FUZZY, but IN: only what the cell belongs to is undecided
   Words second_pass_;
   double tolerance_ = 0;
+  const meshing::SizeField* tolerance_shares_ = nullptr;
   std::array<double, D> eye_{};
   double angle_ = 0;  // 0: there is no eye
   /// Where an operand ends, for a cut between operands.

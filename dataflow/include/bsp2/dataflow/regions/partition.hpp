@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -31,6 +32,7 @@ struct Partition {
 struct PartitionLimits {
   unsigned level = std::numeric_limits<std::uint16_t>::max();
   double tolerance = 0;
+  std::shared_ptr<const meshing::SizeField> tolerance_shares;
   std::vector<double> eye;
   double angle = 0;
   /// The work on a region is estimated so many cuts below it, which are looked at for that alone; 0: by what

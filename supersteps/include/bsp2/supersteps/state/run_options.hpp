@@ -16,6 +16,10 @@ namespace bsp2::geometry {
 struct CellBatch;
 }
 
+namespace bsp2::meshing {
+class SizeField;
+}
+
 namespace bsp2::supersteps {
 
 enum class Order : std::uint8_t { depth, priority };
@@ -56,6 +60,9 @@ struct RunOptions {
                             ///< first; and see `angle`
   std::optional<unsigned> level;         ///< stop at this depth of the BSP tree, the rest stays FUZZY
   std::optional<double> tolerance;       ///< round solids are refined until FUZZY cells are thinner than this
+  /// Of that, shares by place, for D = 3: the middle of a cell looks up its own. Not with `angle`, and no
+  /// snapshot keeps it.
+  std::shared_ptr<const meshing::SizeField> tolerance_shares;
   std::optional<double> angle;           ///< or until they are seen thinner than this from `eye`, in degrees
   std::optional<double> budget_seconds;  ///< a computation superstep ends after this time
   std::optional<unsigned>
