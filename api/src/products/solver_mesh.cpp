@@ -96,6 +96,19 @@ meshing::SizeField field_of(const std::vector<std::array<double, 4>>& rows) {
   return meshing::SizeField(std::move(entries));
 }
 
+/// See tolerance_shares.
+std::vector<std::array<double, 4>> squared_shares(std::vector<std::array<double, 4>> rows,
+                                                  std::optional<double> size) {
+  double whole = size.value_or(0);
+  if (!(whole > 0))
+    for (const auto& row : rows) whole = std::max(whole, row[3]);
+  for (auto& row : rows) {
+    const double share = std::min(row[3] / whole, 1.0);
+    row[3] = share * share;
+  }
+  return rows;
+}
+
 class SolverMeshMaker {
  public:
   SolverMeshMaker(const SolverMeshOptions& options, const supersteps::RunResult& result,
@@ -110,12 +123,12 @@ class SolverMeshMaker {
     summary_.seconds_of_cells = seconds_since(start);
     summary_.polyhedra = options_.polyhedra || options_.dual;
     const Extents extents(complex);
-    summary_.clean = options_.clean.value_or(1e-6 * extents.smallest_part);
+    summary_.clean = options_.clean.value_or(least_size(extents.smallest_part));
     summary_.size = options_.size.value_or(options_.size_field.empty() ? extents.all / 20 : field_.largest());
     std::vector<meshing::GroupRule> rules;
     for (const std::string& text : options_.groups) rules.push_back(parse_group(text));
     groups_.emplace(result_.part_names, part_colours(), std::move(rules), complex.points,
-                    std::max(summary_.clean, 1e-9 * extents.all));
+                    std::max(options_.clean.value_or(1e-6 * extents.smallest_part), 1e-9 * extents.all));
     options_.polyhedra ? take(std::move(complex)) : make_tetrahedra(complex);
     for (const std::string& name : groups_->empty_rules())
       made_.warnings.push_back(dashes_ + "group " + name +
@@ -138,11 +151,24 @@ class SolverMeshMaker {
   const meshing::SizeField field_ = field_of(options_.size_field);
   std::optional<meshing::Groups> groups_;
 
+  /// What is absorbed if nobody says: of what is round, what is as small as that is exact.
+  [[nodiscard]] double least_size(double part) const {
+    const double exact = result_.report.tolerance.value_or(0);
+    return std::max(1e-6 * part, std::min(exact, 0.01 * part));
+  }
+  /// Where what is round is more exact, less is absorbed.
+  [[nodiscard]] meshing::SizeField clean_by_place() const {
+    if (options_.clean || !result_.report.tolerance || options_.size_field.empty()) return {};
+    auto rows = squared_shares(options_.size_field, options_.size);
+    for (auto& row : rows) row[3] *= summary_.clean;
+    return field_of(rows);
+  }
+
   void tell_what_is_left_out() {
     const supersteps::RunReport& report = result_.report;
     if (report.fuzzy_cells > 0)
       made_.notes.push_back(fmt::format(
-          "the mesh is that of what is inside for sure: {} of a volume of {:.6g}, {}; of what is round, a "
+          "the mesh is made of what is inside for sure: {} of a volume of {:.6g}, {}; of what is round, a "
           "smaller {}tolerance leaves out less",
           counted(report.fuzzy_cells, "# cell[s] that [is|are] still undecided (FUZZY),"),
           report.fuzzy_volume, counted(report.fuzzy_cells, "[is|are] left out"), dashes_));
@@ -179,7 +205,15 @@ class SolverMeshMaker {
   void make_tetrahedra(const Complex& complex) {
     const auto start = Clock::now();
     mesh_.tetrahedra = meshing::tetrahedra_of(complex);
-    meshing::ShapeOptions options{summary_.clean, summary_.size, sizes_of_parts(), field_, options_.growth};
+    meshing::ShapeOptions options{
+        summary_.clean, clean_by_place(), summary_.size, sizes_of_parts(), field_, options_.growth, {}};
+    // What is truly round is refined to a tolerance: farther than some of these nothing is moved.
+    constexpr double far = 4;
+    if (result_.report.tolerance)
+      options.true_place = [&](std::span<const std::uint32_t> planes, const Point& point) {
+        auto place = result_.asked->on_true_surface(result_, planes, point);
+        return place && diagonal(point, *place) <= far * *result_.report.tolerance ? place : std::nullopt;
+      };
     const double before = total(meshing::volumes_of(mesh_.tetrahedra, 0));
     const meshing::ShapeReport shaped = meshing::shape(mesh_.tetrahedra, options);
     if (shaped.turned > 0)
@@ -195,18 +229,26 @@ class SolverMeshMaker {
     summary_.moved_points = shaped.moved_points;
     summary_.largest_move = shaped.largest_move;
     summary_.taken_away = shaped.taken_away;
-    if (shaped.moved_points > 0)
-      made_.notes.push_back(fmt::format(
-          "{} moved, by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}; the "
-          "volume changed by {:.3g}",
-          counted(shaped.moved_points, "# corner[s] of the solid [was|were]"), shaped.largest_move, dashes_,
-          options.clean, total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before));
-    if (shaped.taken_away > 0)
-      made_.notes.push_back(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away, ") +
-                            "between what doubles hold for one plane or line");
+    tell_what_moved(shaped, options.clean, total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before);
     name_faces();
     options_.dual ? make_dual() : tell_quality();
     summary_.seconds_of_shape = seconds_since(start);
+  }
+
+  void tell_what_moved(const meshing::ShapeReport& shaped, double clean, double volume) {
+    std::string text;
+    if (shaped.moved_points > 0)
+      text = fmt::format("{} moved, by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}",
+                         counted(shaped.moved_points, "# corner[s] of the solid [was|were]"),
+                         shaped.largest_move, dashes_, clean);
+    if (shaped.placed > 0)
+      text += fmt::format("{}{} put on the true surface of what is round, by {:.3g} at most",
+                          text.empty() ? "" : ", and ", counted(shaped.placed, "# point[ was|s were]"),
+                          shaped.largest_placing);
+    if (!text.empty()) made_.notes.push_back(text + fmt::format("; the volume changed by {:.3g}", volume));
+    if (shaped.taken_away > 0)
+      made_.notes.push_back(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away, ") +
+                            "between what doubles hold for one plane or line");
   }
 
   static double total(const std::vector<double>& volumes) {
@@ -335,15 +377,7 @@ void MeshSummary::take(const meshing::Quality& quality) {
 std::shared_ptr<const meshing::SizeField> tolerance_shares(
     const std::vector<std::array<double, 4>>& size_field, std::optional<double> size) {
   if (size_field.empty()) return nullptr;
-  double whole = size.value_or(0);
-  if (!(whole > 0))
-    for (const auto& row : size_field) whole = std::max(whole, row[3]);
-  std::vector<std::array<double, 4>> shares = size_field;
-  for (auto& row : shares) {
-    const double share = std::min(row[3] / whole, 1.0);
-    row[3] = share * share;
-  }
-  return std::make_shared<const meshing::SizeField>(field_of(shares));
+  return std::make_shared<const meshing::SizeField>(field_of(squared_shares(size_field, size)));
 }
 
 MadeSolverMesh make_solver_mesh(const SolverMeshOptions& options, const supersteps::RunResult& result,

@@ -51,6 +51,8 @@ class Editor {
   /// The tetrahedron on the other side of a face, or `none`.
   [[nodiscard]] std::uint32_t beyond(std::uint32_t t, int face) const;
   [[nodiscard]] Point middle(std::uint32_t t) const;
+  /// Planes of the sides that a point is on, ascending.
+  void find_planes(std::uint32_t p, std::vector<std::uint32_t>& planes) const;
 
   struct CollapseLimits {
     double shape;   ///< of what comes of it, or what is there now if that is worse
@@ -72,6 +74,8 @@ class Editor {
   bool flip_face(std::uint32_t t, int face);
   /// Moves a point to where its worst tetrahedron is better.
   bool smooth(std::uint32_t p);
+  /// Moves a point of any kind there, if no tetrahedron becomes worse than `least` that was not.
+  bool put(std::uint32_t p, const Point& to, double least);
   /// Moves a point of any kind if fewer tetrahedra are flat or turned over then, and none is that was not.
   bool nudge(std::uint32_t p, const Point& to);
 

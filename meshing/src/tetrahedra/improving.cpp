@@ -42,6 +42,7 @@ class Shaping {
     clean();
     if (options_.size > 0) make_good();
     absorb();
+    if (options_.size > 0 && options_.true_place) place_truly();
     report_.turned = turned();
     mesh_ = editor_.result();
     return report_;
@@ -116,9 +117,18 @@ class Shaping {
                        [&](const Pair& edge) { return merge_either(edge[0], edge[1], true); });
   }
 
+  /// What is shorter than that there is absorbed.
+  [[nodiscard]] double clean_at(const Point& place) const {
+    return options_.clean_by_place.is_empty() ? options_.clean
+                                              : std::min(options_.clean, options_.clean_by_place.at(place));
+  }
+  [[nodiscard]] double clean_between(std::uint32_t u, std::uint32_t v) const {
+    return std::min(clean_at(editor_.point(u)), clean_at(editor_.point(v)));
+  }
+
   /// Takes it away, and closes what that leaves open.
   bool mend(std::uint32_t t) {
-    const double most = options_.clean;
+    const double most = clean_at(editor_.middle(t));
     if (!editor_.attach(t, most) && !editor_.cross_edges(t, most) && !editor_.peel(t, most)) return false;
     ++report_.taken_away;
     return true;
@@ -146,7 +156,7 @@ class Shaping {
     for (double share = least; share <= 1; share /= step)
       for (int k = 0; k < 4; ++k) {
         const std::uint32_t p = points[static_cast<std::size_t>(k)];
-        const double length = share * (options_.clean - moved_at(p));
+        const double length = share * (clean_at(editor_.point(p)) - moved_at(p));
         const Point across = normal_of_face(points, k);
         for (const double side : {length, -length}) {
           Point to = editor_.point(p);
@@ -195,7 +205,8 @@ class Shaping {
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)}) {
       const bool is_told = editor_.kind(from) != Editor::inside;
       const double moved = is_told ? length + moved_at(from) : 0;
-      if (length > options_.clean || moved > options_.clean || !editor_.merge(from, to, may_leave_more))
+      if (std::max(length, moved) > options_.clean || std::max(length, moved) > clean_between(u, v) ||
+          !editor_.merge(from, to, may_leave_more))
         continue;
       if (!is_told) return true;
       set_moved(to, std::max(moved, moved_at(to)));
@@ -218,6 +229,8 @@ class Shaping {
       std::uint64_t changed = 0;
       for (const auto& [u, v] : edges_where([&](double length, double) { return length < options_.clean; })) {
         Interruption::check();
+        if (editor_.star(u).empty() || editor_.star(v).empty() || editor_.length(u, v) > clean_between(u, v))
+          continue;
         if (collapse_either(u, v, {.shape = 0, .length = 0}) || merge_either(u, v, false)) ++changed;
       }
       if (changed == 0) return;
@@ -323,6 +336,47 @@ class Shaping {
     }
     // The worst ones, as long as that helps.
     for (int pass = 0; pass < 20 && improve(fair, true) > 0; ++pass) smooth_all();
+  }
+
+  /// Points of the surface go to where they belong, as far as what is around them lets them, and those inside
+  /// make room.
+  void place_truly() {
+    std::vector<std::uint32_t> planes;
+    std::vector<std::pair<std::uint32_t, Point>> left;
+    for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
+      if (editor_.star(p).empty() || editor_.kind(p) == Editor::inside) continue;
+      Interruption::check();
+      editor_.find_planes(p, planes);
+      if (const auto place = options_.true_place(planes, editor_.point(p))) left.emplace_back(p, *place);
+    }
+    const std::size_t all = left.size();
+    std::vector<Point> before;
+    for (const auto& [p, place] : left) before.push_back(editor_.point(p));
+    auto open = left;
+    for (int pass = 0; pass < 6 && !open.empty(); ++pass) {
+      std::erase_if(open, [&](const auto& item) { return put_towards(item.first, item.second); });
+      for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
+        Interruption::check();
+        if (editor_.kind(p) == Editor::inside) editor_.smooth(p);
+      }
+    }
+    for (std::size_t i = 0; i < all; ++i) {
+      const double moved = distance(before[i], editor_.point(left[i].first));
+      report_.placed += moved > 0 ? 1 : 0;
+      report_.largest_placing = std::max(report_.largest_placing, moved);
+    }
+  }
+  static double distance(const Point& a, const Point& b) { return std::sqrt(squared_distance(a, b)); }
+
+  /// @return whether it has got there.
+  bool put_towards(std::uint32_t p, const Point& place) {
+    Interruption::check();
+    for (const double share : {1.0, 0.5, 0.25}) {
+      Point to = editor_.point(p);
+      for (std::size_t k = 0; k < 3; ++k) to[k] = share < 1 ? to[k] + share * (place[k] - to[k]) : place[k];
+      if (editor_.put(p, to, fair)) return share == 1;
+    }
+    return false;
   }
 
   /// @param share edges shorter than this share of what is wanted go, where what is left has at least this

@@ -54,6 +54,28 @@ bool Editor::nudge(std::uint32_t p, const Point& to) {
   return true;
 }
 
+bool Editor::put(std::uint32_t p, const Point& to, double least) {
+  const Point from = std::exchange(points_[p], to);
+  for (const std::uint32_t t : star_[p]) {
+    const double now = shape(tetrahedra_[t].point);
+    if (now > 0 && now >= std::min(least, tetrahedra_[t].shape)) continue;
+    points_[p] = from;
+    return false;
+  }
+  move(p, to);
+  return true;
+}
+
+void Editor::find_planes(std::uint32_t p, std::vector<std::uint32_t>& planes) const {
+  planes.clear();
+  for (const std::uint32_t t : star_[p])
+    for (std::size_t k = 0; k < 4; ++k)
+      if (const std::int32_t side = tetrahedra_[t].side[k]; side != inner && tetrahedra_[t].point[k] != p)
+        planes.push_back(sides_[static_cast<std::size_t>(side)].plane);
+  std::sort(planes.begin(), planes.end());
+  planes.erase(std::unique(planes.begin(), planes.end()), planes.end());
+}
+
 /// What a point of the surface may be drawn to: its neighbours in all that it is on, some of them twice.
 void Editor::find_along(std::uint32_t p) {
   along_.clear();

@@ -7,6 +7,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
 #include "loop/querying.hpp"
+#include "render/round_faces.hpp"
 #include "stages/stages.hpp"
 
 namespace bsp2::supersteps {
@@ -49,6 +50,17 @@ class AskedRun : public Asked {
     else
       throw Error("meshes for solvers are made of solids of dimension 3, not " + std::to_string(D) +
                   "; section(), extrude() or project() in the model give one of that dimension");
+  }
+
+  [[nodiscard]] std::optional<std::array<double, 3>> on_true_surface(
+      const RunResult& result, std::span<const std::uint32_t> planes,
+      const std::array<double, 3>& point) const override {
+    if constexpr (D == 3)
+      if (result.round_faces != nullptr && result.round_faces->has_curved())
+        return result.round_faces->place_on(planes, point, [this](geometry::HyperplaneId plane) {
+          return network_->table.rounded(plane).normal;
+        });
+    return std::nullopt;
   }
 
  private:

@@ -12,6 +12,10 @@ namespace {
 using dataflow::ProducerKind;
 
 double length(const Point2& a) { return std::hypot(a[0], a[1]); }
+Vector unit_of(const Vector& a) {
+  const double length = std::sqrt(dot(a, a));
+  return {a[0] / length, a[1] / length, a[2] / length};
+}
 Point2 unit(const Point2& a) { return {a[0] / length(a), a[1] / length(a)}; }
 
 /// Facets come in the order of a lathe: the caps, then side by side the bands.
@@ -207,6 +211,58 @@ double RoundFaces::distance(std::int32_t number, const Vector& point) const {
   const Segment& side = body.segments.front();
   const double at = side.ends[0][0] + q[2] * (side.ends[1][0] - side.ends[0][0]);
   return std::fabs(radius - at) / unit;
+}
+
+namespace {
+
+/// What of a vector is across all of some that are of length 1 and across each other.
+Vector across(Vector v, std::span<const Vector> others) {
+  for (const Vector& other : others) {
+    const double along = dot(v, other);
+    for (std::size_t k = 0; k < 3; ++k) v[k] -= along * other[k];
+  }
+  return v;
+}
+
+Vector moved(const Vector& point, double by, const Vector& way) {
+  return {point[0] + by * way[0], point[1] + by * way[1], point[2] + by * way[2]};
+}
+
+}  // namespace
+
+std::optional<Vector> RoundFaces::place_on(
+    std::span<const std::uint32_t> planes, const Vector& point,
+    const std::function<Vector(geometry::HyperplaneId)>& normal_of) const {
+  constexpr double least_slope = 1e-2;
+  std::vector<std::int32_t> bodies;
+  std::vector<Vector> kept;  // normals of planes that it stays in
+  for (const std::uint32_t plane : planes) {
+    const auto id = static_cast<geometry::HyperplaneId>(plane);
+    if (const RoundPlace place = of(id); place.body >= 0 && is_curved(place.body)) {
+      if (std::ranges::find(bodies, place.body) == bodies.end()) bodies.push_back(place.body);
+    } else if (is_of_model(id)) {
+      const Vector normal = across(unit_of(normal_of(id)), kept);
+      if (dot(normal, normal) > least_slope * least_slope) kept.push_back(unit_of(normal));
+    }
+  }
+  if (bodies.empty() || bodies.size() + kept.size() > 3) return std::nullopt;
+  Vector at = point;
+  const auto farthest = [&] {
+    double most = 0;
+    for (const std::int32_t body : bodies) most = std::max(most, distance(body, at));
+    return most;
+  };
+  const double before = farthest();
+  for (int step = 0; step < 20 && std::isfinite(before); ++step)
+    for (const std::int32_t body : bodies) {
+      const double away = distance(body, at);
+      const Vector way = across(normal({body, 0, 1}, at, {1, 0, 0}), kept);
+      const double slope = dot(way, way);
+      if (!(slope > least_slope)) return std::nullopt;
+      const Vector one = moved(at, away / slope, way), other = moved(at, -away / slope, way);
+      at = distance(body, one) < distance(body, other) ? one : other;
+    }
+  return farthest() <= 1e-6 * before ? std::optional(at) : std::nullopt;
 }
 
 }  // namespace bsp2::supersteps

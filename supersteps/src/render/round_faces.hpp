@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -44,6 +45,12 @@ class RoundFaces {
   [[nodiscard]] bool has_curved() const { return first_curved_ < static_cast<std::int32_t>(bodies_.size()); }
   /// How far a point of the model is from the surface of what is truly round, about.
   [[nodiscard]] double distance(std::int32_t body, const Vector& point) const;
+  /// Where a point belongs that is on these planes: on the surfaces of what is truly round that some of them
+  /// enclose, and in those that are of the model. By Newton's method; @param plane_at gives a plane's normal.
+  /// @return none if nothing there is truly round, or that has no end.
+  [[nodiscard]] std::optional<Vector> place_on(
+      std::span<const std::uint32_t> planes, const Vector& point,
+      const std::function<Vector(geometry::HyperplaneId)>& normal_of) const;
   /// What the solid behind it belongs to; of a hole: what made it.
   struct Owner {
     std::int32_t primitive = geometry::no_primitive, part = geometry::no_part;

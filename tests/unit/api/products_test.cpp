@@ -6,6 +6,8 @@
 #include <fstream>
 #include <map>
 #include <random>
+#include <numbers>
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -89,6 +91,27 @@ TEST(Products, SolverMeshesAreWrittenAndMistakesTold) {
   EXPECT_THROW(static_cast<void>(evaluate(square()).solver_mesh()), Error);
   EXPECT_THROW(static_cast<void>(evaluate(cube()).solver_mesh({.size = -1})), Error);
   EXPECT_THROW(static_cast<void>(evaluate(cube(), {.measures_only = true}).solver_mesh()), Error);
+}
+
+/// Of what is round the mesh has the true surface, and finer where it is asked for.
+TEST(Products, SolverMeshesOfWhatIsRoundComeToItsSurface) {
+  const std::vector<std::array<double, 4>> field{{0.8, 0, 0, 0.25}, {0, 0, 0, 0.5}, {-0.8, 0, 0, 0.5}};
+  const Result result = evaluate(ball(3, 1), {.tolerance = 0.04, .size_field = field, .size = 0.5});
+  const SolverMesh mesh = result.solver_mesh({.size = 0.5, .size_field = field});
+  const double truth = 4 * std::numbers::pi / 3;
+  EXPECT_GT(mesh.volume(), result.volume().least);
+  EXPECT_LT(mesh.volume(), truth);
+  EXPECT_LT(truth - mesh.volume(), (truth - result.volume().least) * 0.7);
+  std::set<std::uint32_t> outer(mesh.triangles().begin(), mesh.triangles().end());
+  std::size_t there = 0;
+  std::array<std::size_t, 2> in_half{};
+  for (const std::uint32_t p : outer) {
+    const auto at = mesh.points().subspan(std::size_t{3} * p, 3);
+    there += std::fabs(std::hypot(at[0], at[1], at[2]) - 1) < 1e-9 ? 1 : 0;
+    ++in_half[at[0] > 0 ? 1 : 0];
+  }
+  EXPECT_GT(there, outer.size() * 3 / 4);
+  EXPECT_GT(in_half[1], in_half[0] * 3 / 2);
 }
 
 TEST(Products, DrawingsAreWrittenAndMistakesTold) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 #include <vector>
 
@@ -377,6 +378,33 @@ TEST(Shape, ABlockOfOneSizeIsGood) {
   EXPECT_GT(quality.smallest_angle, 8);
   EXPECT_EQ(quality.tetrahedra_below[2], 0U);
   EXPECT_GT(quality.mean_aspect, 0.5);
+}
+
+/// The side of a cylinder of facets becomes round: nearly all points come to where they belong.
+TEST(Shape, PointsGoToTheirTruePlace) {
+  const auto solid = solid_of(model::cylinder(2, 1, 1, 12, false));
+  Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+  ShapeOptions options{.clean = 1e-6, .size = 0.2};
+  options.true_place = [&](std::span<const std::uint32_t>, const Point& p) -> std::optional<Point> {
+    const double r = std::hypot(p[0], p[1]);
+    if (r < 0.9) return std::nullopt;  // within the lids
+    return Point{p[0] / r, p[1] / r, p[2]};
+  };
+  const ShapeReport report = shape(mesh, options);
+  EXPECT_GT(report.placed, 0U);
+  EXPECT_LE(report.largest_placing, 1 - std::cos(std::numbers::pi / 12) + 1e-12);
+  check_tetrahedra(mesh, std::numbers::pi * 2, 0.1);
+  double volume = 0;
+  for (const double content : volumes_of(mesh, 0)) volume += content;
+  EXPECT_GT(volume, solid.volume * 1.02) << "rounder than the facets";
+  std::size_t on_side = 0, there = 0;
+  for (const Point& p : mesh.points) {
+    const double r = std::hypot(p[0], p[1]);
+    if (r < 0.97) continue;
+    ++on_side;
+    there += std::fabs(r - 1) < 1e-12 ? 1 : 0;
+  }
+  EXPECT_GT(there, on_side * 95 / 100);
 }
 
 /// Runs a phase that is asked to end at the n-th question. @return how often it asked, or 0 if it did end.

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,11 +38,15 @@ struct Tetrahedra {
 
 /// How a mesh is made of good shape. Lengths in model units.
 struct ShapeOptions {
-  double clean = 0;  ///< what is shorter is absorbed by moves of at most this in all; 0: nothing
-  double size = 0;   ///< wanted length of edges; 0: the cells' own tetrahedra stay, but for `clean`
+  double clean = 0;          ///< what is shorter is absorbed by moves of at most this in all; 0: nothing
+  SizeField clean_by_place;  ///< where it is not empty: of the nearest place, if that is less than `clean`
+  double size = 0;           ///< wanted length of edges; 0: the cells' own tetrahedra stay, but for `clean`
   std::vector<double> size_of_part;  ///< by part; 0 or missing: `size`
   SizeField field;                   ///< nor longer than this, where it is not empty
   double growth = 0.6;  ///< by which share of the distance edges may be longer than those they lead to
+  /// Where a point of the surface belongs that is on these planes; none: where it is. Asked at the end, with
+  /// `size` above 0: of what is round, points come from the facets to its true surface.
+  std::function<std::optional<Point>(std::span<const std::uint32_t> planes, const Point& point)> true_place;
 };
 
 /// What was done.
@@ -51,6 +57,8 @@ struct ShapeReport {
   std::uint64_t moved_points = 0;     ///< corners of the solid that were moved
   double largest_move = 0;
   std::uint64_t taken_away = 0;  ///< flat ones, between faces or edges that were as good as one
+  std::uint64_t placed = 0;      ///< points that were moved to their true place, or towards it
+  double largest_placing = 0;    ///< how far, at most
 };
 
 /// Each face becomes a fan about a point in its middle, each cell a cone from a point in its middle over its

@@ -178,6 +178,12 @@ class Asked {
   [[nodiscard]] virtual std::vector<geometry::Contact> contacts(const RunResult& result) const = 0;
   /// The IN cells as a complex that conforms. @throws bsp2::Error unless D = 3.
   [[nodiscard]] virtual meshing::Complex complex(const RunResult& result) const = 0;
+  /// Where a point on the facets of what is truly round belongs: on its surface, and in those of the planes
+  /// that are of the model. @param planes that the point is on. @return none if nothing there is round, or
+  /// there is no such place near it. Any number of threads may ask.
+  [[nodiscard]] virtual std::optional<std::array<double, 3>> on_true_surface(
+      const RunResult& result, std::span<const std::uint32_t> planes,
+      const std::array<double, 3>& point) const = 0;
 };
 
 /// What a rank holds after a run.
