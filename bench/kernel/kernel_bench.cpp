@@ -96,7 +96,7 @@ void BM_PredicateExact(benchmark::State& state) {
     if (std::fabs(network.table.rounded(plane.id()).normal[2]) < 0.99 && found < 3) ids[found++] = plane.id();
   const auto vertex = geometry::make_vertex<D>(network.table, ids, exact);
   std::uint64_t asked = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] const auto round : state) {
     state.PauseTiming();
     Splitter<D> splitter(network.table);
     state.ResumeTiming();

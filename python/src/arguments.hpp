@@ -48,7 +48,7 @@ class type_caster<double> {
 
 /// Whole numbers: a float is none, of whatever kind, and what is too large is refused.
 template <typename Whole>
-class whole_caster {
+class WholeCaster {
  public:
   PYBIND11_TYPE_CASTER(Whole, const_name("int"));
   bool load(handle given, bool) {
@@ -67,11 +67,11 @@ class whole_caster {
   }
 };
 template <>
-class type_caster<int> : public whole_caster<int> {};
+class type_caster<int> : public WholeCaster<int> {};
 template <>
-class type_caster<unsigned> : public whole_caster<unsigned> {};
+class type_caster<unsigned> : public WholeCaster<unsigned> {};
 template <>
-class type_caster<unsigned long> : public whole_caster<unsigned long> {};
+class type_caster<unsigned long> : public WholeCaster<unsigned long> {};
 
 }  // namespace pybind11::detail
 

@@ -16,7 +16,7 @@ class Released {
  public:
   Released() : stoppable_(is_over) {}
   /// What came when all was done is raised by Python itself.
-  ~Released() {
+  ~Released() {  // NOLINT(bugprone-exception-escape): there is an interpreter
     if (!raised || std::uncaught_exceptions() > exceptions_) return;
     const py::gil_scoped_acquire gil;
     raised.reset();

@@ -199,7 +199,8 @@ class Walk {
     if (visit.use >= 0 && ++used_elements_ > most_elements)
       throw Error("import: " + name_ + ": its <use> elements draw more than " +
                   std::to_string(most_elements) + " elements");
-    if (visit.use >= 0 && (used_letters_ += letters_of(visit.node)) > most_letters)
+    if (visit.use >= 0) used_letters_ += letters_of(visit.node);
+    if (used_letters_ > most_letters)
       throw Error("import: " + name_ + ": its <use> elements draw elements whose attributes have more than " +
                   std::to_string(most_letters) + " letters");
     const std::string name = reinterpret_cast<const char*>(visit.node->name);

@@ -405,7 +405,7 @@ void add_checks(const Handle(XSControl_WorkSession) & session, std::vector<std::
   std::string first;
   Interface_CheckIterator checks = session->ModelCheckList();
   for (checks.Start(); checks.More(); checks.Next()) {
-    const Handle(Interface_Check) check = checks.Value();
+    const Handle(Interface_Check)& check = checks.Value();
     if (!check->HasFailed()) continue;
     ++count;
     if (!first.empty()) continue;

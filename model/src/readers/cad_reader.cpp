@@ -70,4 +70,6 @@ void read(const ReadRequest& request, PartsWriter& parts) {
 }  // namespace
 }  // namespace bsp2::model
 
+// What is thrown before it listens ends it, which bsp2 tells of.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) { return bsp2::model::read_for_model(argc, argv, &bsp2::model::read); }
