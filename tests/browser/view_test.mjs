@@ -51,6 +51,7 @@ async function open(link, options = {}) {
 }
 const until = (page, test, argument) => page.waitForFunction(test, argument, { timeout: patience, polling: 50 });
 const finished = (page) => until(page, () => window.bsp2?.progress.state === 'finished' && bsp2.stage.hasSurface);
+const satisfied = (page) => until(page, () => bsp2.isSatisfied);
 const shot = async (page, name) => { if (shots) { await page.waitForTimeout(600); await page.screenshot({ path: join(shots, `${name}.png`) }); } };
 
 /** Draws now: how many pixels are covered, and the box around them. */
@@ -193,6 +194,7 @@ try {
     const parts = await covered(page);
     assert.ok(Math.abs(parts.mean[0] - before.mean[0]) > 5, `${parts.mean}, ${before.mean}`);
     await page.selectOption('#shade', 'region');
+    await satisfied(page);
     assert.ok((await covered(page)).count > 0.8 * before.count);
     await page.selectOption('#shade', 'colour');
   });
@@ -264,6 +266,7 @@ try {
     page = await open(many.link);
     await finished(page);
     await page.keyboard.press('c');
+    await satisfied(page);
     const regions = await page.evaluate(() => bsp2.stage.regions.size);
     assert.ok(regions > 64, `${regions} regions`);
     const calls = () => page.evaluate(() => { bsp2.stage.draw(); return bsp2.stats.calls; });
@@ -296,13 +299,64 @@ try {
     page = await open(run.link);
     await finished(page);
     await page.keyboard.press('c');
+    await satisfied(page);
+    assert.ok(await page.evaluate(() => bsp2.stage.regions.size) > 0);
     assert.equal(await page.evaluate(() => [...bsp2.stage.regions.values()].filter((region) => region.fuzzy).length), 0);
     await page.context().close();
     assert.equal(await run.ended, 0);
   });
 
+  await step('what is far away is coarse, and fine where the page comes near', async () => {
+    const plate = join(folder, 'plate.csg'); // 900 small balls; in one corner a large one
+    const balls = Array.from({ length: 900 }, (_, i) => `multmatrix([[1,0,0,${10 * (i % 30)}],[0,1,0,${10 * Math.floor(i / 30)}],[0,0,1,0],[0,0,0,1]]) sphere(r = ${i === 0 ? 4 : 0.6}, $fn = 16);`);
+    await writeFile(plate, balls.join('\n'));
+    const run = await view(plate);
+    page = await open(run.link);
+    await finished(page);
+    await satisfied(page);
+    const state = () => page.evaluate(() => {
+      const { stage } = bsp2;
+      const pieces = [...stage.pieces.values()];
+      const pixel = (item) => { // the least that a pixel is anywhere in the box of a piece
+        const [lower, upper] = item.message.box;
+        const depths = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => -stage.controls.target.clone().set(...[0, 1, 2].map((k) => ((i >> k) & 1 ? upper : lower)[k])).applyMatrix4(stage.camera.matrixWorldInverse).z);
+        return 2 * Math.min(...depths) * Math.tan(stage.camera.fov * Math.PI / 360) / stage.renderer.domElement.height;
+      };
+      return { triangles: pieces.reduce((sum, item) => sum + item.message.arrays.triangles.length / 3, 0), bytes: bsp2.stats.bytes,
+        steps: pieces.map((item) => item.message.step), coarsest: Math.max(...pieces.map((item) => item.message.step / pixel(item))) };
+    });
+    const far = await state();
+    await shot(page, 'far');
+    const all = 900 * 16 * 14;
+    assert.ok(far.triangles < 0.7 * all, `${far.triangles} of ${all} triangles`);
+    assert.ok(far.coarsest <= 0.5 * 1.0001, `${far.coarsest} pixels`);
+    // Picked: what is told is exact, also where it is drawn coarsely.
+    const spot = await page.evaluate(() => {
+      const { stage } = bsp2;
+      const at = stage.controls.target.clone().set(0, 0, 3.9).project(stage.camera);
+      const { left, top, width, height } = stage.canvas.getBoundingClientRect();
+      return [left + (at.x + 1) / 2 * width, top + (1 - at.y) / 2 * height];
+    });
+    await page.mouse.click(...spot);
+    await until(page, () => bsp2.picks[0]?.item.message.step === 2 ** bsp2.picks[0]?.item.message.finest);
+    const picked = await page.evaluate(() => bsp2.picks.map(({ area, solidVolume, triangles }) => ({ area, solidVolume, triangles: triangles.length })));
+    assert.ok(picked.length === 1 && picked[0].triangles > 0);
+    assert.ok(picked[0].solidVolume > 200 && picked[0].area > 0.1, JSON.stringify(picked)); // a ball of radius 4 has 268
+    await page.keyboard.press('Escape');
+    // Near a corner: finer there, and what is outside is as it was.
+    await page.evaluate(() => { const { stage } = bsp2; stage.controls.target.set(0, 0, 0); stage.camera.position.set(15, -25, 20); stage.controls.update(); stage.invalidate(); });
+    await satisfied(page);
+    const near = await state();
+    await shot(page, 'near');
+    assert.ok(near.triangles > far.triangles, `${near.triangles}, ${far.triangles}`);
+    assert.ok(Math.min(...near.steps) < Math.min(...far.steps));
+    assert.deepEqual(page.faults, []);
+    await page.context().close();
+    assert.equal(await run.ended, 0);
+  });
+
   const large = join(folder, 'large.csg');
-  const many = Array.from({ length: 700 }, () => `multmatrix([[0.8,-0.6,0,${random() * 60}],[0.6,0.8,0,${random() * 60}],[0,0,1,${random() * 60}],[0,0,0,1]]) { sphere($fn = 24, r = ${2 + 6 * random()}); }`);
+  const many = Array.from({ length: 2000 }, () => `multmatrix([[0.8,-0.6,0,${random() * 60}],[0.6,0.8,0,${random() * 60}],[0,0,1,${random() * 60}],[0,0,0,1]]) { sphere($fn = 24, r = ${2 + 6 * random()}); }`);
   await writeFile(large, `union() {\n${many.join('\n')}\n}\n`);
   const long = await view(large, '--threads', '1');
   page = await open(long.link, { viewport: { width: 420, height: 300 } });
@@ -313,7 +367,7 @@ try {
     await shot(page, 'running');
     await page.reload();
     const other = await open(long.link, { viewport: { width: 420, height: 300 } });
-    for (const each of [page, other]) await until(each, () => window.bsp2?.stats.firstPicture > 0 && bsp2.stage.regions.size > 0);
+    for (const each of [page, other]) await until(each, () => window.bsp2?.stats.firstPicture > 0 && bsp2.stage.regions.size + bsp2.stage.pieces.size > 0);
     assert.equal(long.child.exitCode, null);
     await other.context().close();
   });

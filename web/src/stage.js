@@ -158,7 +158,7 @@ export class Stage {
     this.run = message.run;
     for (const item of [...this.regions.values()]) if (item.message.ofStep <= message.ofStep) this.drop(this.regions, item);
     this.hasSurface = message.surface;
-    this.solidsOfRun = message.solids ?? null;
+    this.solidVolumes = message.arrays.solidVolumes ?? [];
     if (!message.surface) for (const piece of [...this.pieces.values()]) this.drop(this.pieces, piece);
     this.updateVisibility();
     this.stats.final = message.final;
@@ -198,11 +198,12 @@ export class Stage {
     if (item.indices.length > 0) item.solid = mesh(item.indices, this.ofVertices, solids);
     if (rest.length > 0) { item.fuzzy = mesh(rest, this.undecided, 0); item.fuzzy.renderOrder = 2; }
     if (item.solid) item.net = this.place(item, new THREE.Mesh(item.solid.geometry, this.net), 0, message);
-    item.centre = centreOf(item.objects[0]);
+    item.centre = middleOf(message.box);
     this.regions.set(number, item);
     this.colour(item);
     this.filter(item);
-    this.updateOf(item);
+    if (this.regions.size === 1) this.updateVisibility(); // in the place of the surface
+    else this.updateOf(item);
     if (this.stats.firstPicture === 0) this.stats.firstPicture = performance.now();
   }
 
@@ -226,7 +227,7 @@ export class Stage {
       lines.setIndex(new THREE.BufferAttribute(a.edges, 1));
       item.lines = this.place(item, new THREE.LineSegments(lines, this.lines), 0, place);
     }
-    item.centre = centreOf(item.solid);
+    item.centre = middleOf(message.box);
     this.pieces.set(message.piece, item);
     this.colour(item);
     this.updateOf(item);
@@ -328,9 +329,12 @@ export class Stage {
   }
 
   /** Else cells. What is told of regions is told of cells, and a surface of one part cannot be moved apart. */
-  get showsSurface() {
+  /** Cells that have not been seen yet come when they are wanted: the surface stays until then. */
+  get showsSurface() { return this.hasSurface && (this.wantsSurface || this.regions.size === 0); }
+
+  get wantsSurface() {
     const { what, shade, explode } = this.look;
-    if (!this.hasSurface || what === 'cells' || shade === 'region' || shade === 'rank') return false;
+    if (what === 'cells' || shade === 'region' || shade === 'rank') return false;
     return explode === 0 || this.model.parts.length > 1;
   }
 
@@ -541,15 +545,10 @@ export class Stage {
     const meshes = [];
     for (const map of [this.regions, this.pieces])
       for (const item of map.values()) if (item.solid?.visible) meshes.push(item.solid);
-    // Backs count, too: the first thing behind a plane that cuts a solid open is one.
-    const materials = [this.ofVertices, ...this.ofColour.values()];
-    const sides = materials.map((material) => material.side);
-    for (const material of materials) material.side = THREE.DoubleSide;
-    const hits = ray.intersectObjects(meshes, false);
-    materials.forEach((material, i) => { material.side = sides[i]; });
+    const hits = this.hitsOf(ray, meshes);
     const hit = hits.find(({ point }) => this.isKept(point));
     if (!hit) return null;
-    const picked = this.describe(hit);
+    const picked = Object.assign(this.describe(hit), { ray });
     if (hit.face.normal.dot(ray.ray.direction) > 0 && this.planes.length > 0) {
       const section = this.planes.map((plane) => [plane, ray.ray.intersectPlane(plane, new THREE.Vector3())])
         .filter(([, point]) => point && this.isKept(point) && point.distanceTo(ray.ray.origin) < hit.distance)
@@ -559,15 +558,33 @@ export class Stage {
     return picked;
   }
 
+  /** Backs count, too: the first thing behind a plane that cuts a solid open is one. */
+  hitsOf(ray, meshes) {
+    const materials = [this.ofVertices, ...this.ofColour.values()];
+    const sides = materials.map((material) => material.side);
+    for (const material of materials) material.side = THREE.DoubleSide;
+    const hits = ray.intersectObjects(meshes, false);
+    materials.forEach((material, i) => { material.side = sides[i]; });
+    return hits;
+  }
+
+  /** What was picked, in what has come in the place of its piece or region: the same ray meets the same face there. */
+  pickedAnew(picked) {
+    const item = (picked.item.kind === 'piece' ? this.pieces : this.regions).get(picked.item.number);
+    if (!item || item === picked.item || picked.kind === 'section' || !item.solid?.visible) return picked;
+    const hits = this.hitsOf(picked.ray, [item.solid]).filter(({ point }) => this.isKept(point)).map((hit) => this.describe(hit));
+    const same = hits.find(({ face, volume }) => (item.kind === 'piece' ? face === picked.face : volume === picked.volume));
+    return same ? Object.assign(same, { ray: picked.ray }) : { ...picked, item, triangles: null };
+  }
+
   describe(hit) {
     const { item } = hit.object.userData;
     const { arrays, origin, step } = item.message;
     const picked = { point: hit.point, normal: hit.face.normal.clone(), item, run: this.run };
     if (item.kind === 'piece') {
       const [owner, first, count] = ownerOf(arrays.ofFace, hit.faceIndex);
-      const solid = this.solidsOfRun?.[arrays.solids[owner]];
       return Object.assign(picked, { kind: 'face', part: item.part, face: arrays.faces[owner], area: arrays.areas[owner],
-        solid: arrays.solids[owner], solidVolume: solid?.volume, triangles: arrays.triangles.subarray(3 * first, 3 * (first + count)) });
+        solid: arrays.solids[owner], solidVolume: this.solidVolumes[arrays.solids[owner]], triangles: arrays.triangles.subarray(3 * first, 3 * (first + count)) });
     }
     // Triangles of hidden parts are left out of what is drawn: find the one among all.
     const drawn = item.solid.geometry.index.array;
@@ -615,14 +632,20 @@ export class Stage {
 
   invalidate() { this.isStale = true; }
 
-  draw() {
-    const start = performance.now();
-    this.isStale = false;
+  /** The camera sees from a little before all there is to behind it. */
+  fitDepth() {
     const sphere = this.sphere();
     const distance = this.camera.position.distanceTo(sphere.center);
     this.camera.near = Math.max(distance - 1.5 * sphere.radius, this.camera.isOrthographicCamera ? -1e6 * sphere.radius : distance / 2000, this.camera.isOrthographicCamera ? -Infinity : sphere.radius / 2000);
     this.camera.far = distance + 1.5 * sphere.radius;
     this.camera.updateProjectionMatrix();
+  }
+
+  draw() {
+    const start = performance.now();
+    this.isStale = false;
+    const sphere = this.sphere();
+    this.fitDepth();
     const direction = (x, y, z) => new THREE.Vector3(x, y, z).applyQuaternion(this.camera.quaternion).multiplyScalar(sphere.radius || 1);
     this.lamp.position.copy(sphere.center).add(direction(-0.6, 0.9, 1));
     this.side.position.copy(sphere.center).add(direction(1, -0.2, 0.6));
@@ -640,15 +663,12 @@ export class Stage {
     this.stats.frames += 1;
     this.stats.longest = Math.max(this.stats.longest, script);
     this.stats.script = this.stats.frames === 1 ? script : 0.9 * this.stats.script + 0.1 * script;
+    this.onChange('drawn');
   }
 }
 
-/** Middle of what an object holds, where it is when nothing is exploded. */
-function centreOf(object) {
-  object.geometry.computeBoundingBox();
-  const centre = object.geometry.boundingBox.getCenter(new THREE.Vector3());
-  return centre.multiply(object.scale).add(object.userData.origin);
-}
+/** Where something is when nothing is exploded, at any level. */
+function middleOf([lower, upper]) { return new THREE.Vector3(...lower).add(new THREE.Vector3(...upper)).multiplyScalar(0.5); }
 
 /** Whose the triangle is, and which are his: [owner, first, count]. */
 function ownerOf(counts, triangle) {

@@ -1,6 +1,7 @@
 // The page of bsp2 view: what is around the stage, and what the address remembers.
 import * as THREE from 'three';
 import { connect } from './protocol.js';
+import { Gaze, gazeOf } from './gaze.js';
 import { Stage } from './stage.js';
 import * as colours from './colours.js';
 
@@ -165,12 +166,12 @@ function showSelection() {
 
 function areaOf(part) {
   let area = 0;
-  for (const piece of stage.pieces.values()) if (piece.part === part) for (const x of piece.message.arrays.areas) area += x;
+  for (const piece of stage.pieces.values()) if (piece.part === part) area += piece.message.area;
   return area;
 }
 function facesOf(part) {
   let faces = 0;
-  for (const piece of stage.pieces.values()) if (piece.part === part) faces += piece.message.arrays.faces.length;
+  for (const piece of stage.pieces.values()) if (piece.part === part) faces += piece.message.ofFaces;
   return faces;
 }
 
@@ -364,7 +365,18 @@ addEventListener('hashchange', () => { recall(); setHidden(stage.hidden); });
 
 // --- What comes ---
 
+/** Another level of what is selected. */
+function renewPicks() {
+  const anew = picks.map((picked) => stage.pickedAnew(picked));
+  const isOther = anew.some((picked, i) => picked !== picks[i]);
+  picks = anew;
+  if (isOther) showSelection();
+  else if (selectedPart !== null) stage.select(picks, selectedPart);
+}
+
 function changed(what) {
+  if (what === 'drawn') { gaze.tellSoon(); return; }
+  if (what === 'content') renewPicks();
   if (what === 'model' || what === 'shown' || what === 'content') {
     listParts();
     for (const clip of stage.clips) clip.update?.();
@@ -429,19 +441,23 @@ function receive(message) {
   }
   stage.receive(message);
   if (message.kind === 'model' && message.figures) figures = message.figures;
+  if (message.kind === 'model') gaze.tell();
   if (message.kind === 'model' || message.kind === 'shown') { showFigures(); showState(); }
 }
+
+const gaze = new Gaze(() => gazeOf(stage, picks), (what) => line.say(what));
 
 recall();
 const line = connect({
   message: receive,
+  seen: (number) => { gaze.seen = number; },
   state: (state) => {
     connection = state;
-    if (state === 'open') { stage.forgetRun(); camera = ''; remember(); }
+    if (state === 'open') { stage.forgetRun(); gaze.forget(); camera = ''; remember(); }
     showState();
   },
 });
 listParts();
 showSelection();
 /** For tests, and for whoever wants to know. */
-window.bsp2 = { stage, stats: stage.stats, get progress() { return progress; }, get picks() { return picks; } };
+window.bsp2 = { stage, stats: stage.stats, get progress() { return progress; }, get picks() { return picks; }, get isSatisfied() { return gaze.isSatisfied; } };

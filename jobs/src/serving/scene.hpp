@@ -8,6 +8,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
+
+#include "serving/detail.hpp"
 
 namespace bsp2::jobs {
 
@@ -22,6 +26,7 @@ class Scene {
   struct Entry {
     std::uint64_t number;  ///< ask for what comes after it next
     Bytes bytes;
+    std::shared_ptr<const Detail> detail{};  ///< null: it has one level; shared by all who read
   };
 
   /// @param on_change called after each change, by whoever made it.
@@ -31,26 +36,32 @@ class Scene {
   void listen(std::function<void()> on_change);
 
   /// The message under a key becomes another one, and the last in order.
-  void put(const std::string& key, std::string bytes);
+  void put(const std::string& key, std::string bytes, std::shared_ptr<const Detail> detail = {});
   /// The same; and whoever begins to read gets it before all others, too: what these are shown with.
   void put_first(const std::string& key, std::string bytes);
   /// Takes all those away whose keys begin so.
   void remove(std::string_view beginning);
   /// The first message that came after `number`; 0: the first of all.
   [[nodiscard]] std::optional<Entry> after(std::uint64_t number) const;
+  /// A message that is still there.
+  [[nodiscard]] std::optional<Entry> find(std::uint64_t number) const;
+  /// All that have levels, by number.
+  [[nodiscard]] std::vector<std::pair<std::uint64_t, std::shared_ptr<const Detail>>> detailed() const;
+  /// The run whose surface there is, the newest one; 0: none.
+  [[nodiscard]] std::uint64_t run_of_surface() const;
   [[nodiscard]] std::size_t size() const;         ///< messages
   [[nodiscard]] std::uint64_t bytes_put() const;  ///< of all that were ever put
 
  private:
   mutable std::mutex mutex_, listening_;
   std::function<void()> on_change_;
-  std::map<std::uint64_t, Bytes> messages_;
+  std::map<std::uint64_t, Entry> messages_;
   std::map<std::string, std::uint64_t, std::less<>> number_of_;
   static constexpr std::uint64_t number_of_first = 1;
   Bytes first_;  // null: none
-  std::uint64_t last_ = number_of_first, bytes_ = 0;
+  std::uint64_t last_ = number_of_first, bytes_ = 0, run_of_surface_ = 0;
 
-  void put(const std::string& key, Bytes bytes, bool is_first);
+  void put(const std::string& key, Entry entry, bool is_first);
   void tell();
 };
 

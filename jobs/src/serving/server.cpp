@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "serving/reader.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -148,6 +149,7 @@ class Server::Implementation {
   Scene& scene_;
   std::function<void(const std::string&)> on_message_;
   std::set<Page*> open_;  // of the server's thread
+  Levels levels_;         // likewise
   std::atomic<unsigned> pages_ = 0, visits_ = 0, connections_ = 0;
   std::atomic<std::uint64_t> bytes_ = 0;
   std::atomic<bool> is_told_ = false;
@@ -182,10 +184,11 @@ void Server::Implementation::open(const ServerOptions& options) {
                 failed.message() + "; choose another --port, or none for one that is free");
 }
 
-/// The data for one page: the scene, and then what changes.
+/// The data for one page: the scene, and then what changes, or is seen better.
 class Server::Implementation::Page : public std::enable_shared_from_this<Page> {
  public:
-  Page(Implementation& server, beast::tcp_stream stream) : server_(server), socket_(std::move(stream)) {
+  Page(Implementation& server, beast::tcp_stream stream, bool tells_gaze)
+      : server_(server), socket_(std::move(stream)), reader_(server.scene_, server.levels_, tells_gaze) {
     server_.open_.insert(this);
     ++server_.pages_;
     ++server_.visits_;
@@ -204,7 +207,11 @@ class Server::Implementation::Page : public std::enable_shared_from_this<Page> {
     times.keep_alive_pings = true;  // a page that sleeps is not gone
     socket_.set_option(times);
     socket_.read_message_max(longest_message);
-    socket_.binary(true);
+    beast::websocket::permessage_deflate packed;
+    packed.server_enable = true;
+    packed.compLevel = 1;
+    packed.memLevel = 8;
+    socket_.set_option(packed);
     socket_.async_accept(request, [self = shared_from_this()](Failed failed) {
       if (failed) return;
       self->is_ready_ = true;
@@ -216,10 +223,10 @@ class Server::Implementation::Page : public std::enable_shared_from_this<Page> {
   /// Sends what is new, if nothing is being sent.
   void write() {
     if (!is_ready_ || is_writing_) return;
-    const auto next = server_.scene_.after(at_);
+    const auto next = reader_.next();
     if (!next) return;
-    at_ = next->number;
     is_writing_ = true;
+    socket_.binary(!next->is_text);
     socket_.async_write(asio::buffer(*next->bytes),
                         [self = shared_from_this(), bytes = next->bytes](Failed failed, std::size_t written) {
                           self->is_writing_ = false;
@@ -233,16 +240,22 @@ class Server::Implementation::Page : public std::enable_shared_from_this<Page> {
   Implementation& server_;
   beast::websocket::stream<beast::tcp_stream> socket_;
   beast::flat_buffer buffer_;
-  std::uint64_t at_ = 0;
+  Reader reader_;
   bool is_ready_ = false, is_writing_ = false;
 
   void read() {
     socket_.async_read(buffer_, [self = shared_from_this()](Failed failed, std::size_t) {
       if (failed) return;
-      if (self->socket_.got_text()) self->server_.on_message_(beast::buffers_to_string(self->buffer_.data()));
+      if (self->socket_.got_text()) self->hear(beast::buffers_to_string(self->buffer_.data()));
       self->buffer_.consume(self->buffer_.size());
       self->read();
     });
+  }
+
+  void hear(const std::string& text) {
+    server_.on_message_(text);
+    if (const auto gaze = Gaze::heard(text)) reader_.look(*gaze);
+    write();
   }
 };
 
@@ -283,7 +296,8 @@ class Server::Implementation::Connection : public std::enable_shared_from_this<C
     if (asks_for_data && is_own_origin(request)) {
       stream_.expires_never();
       is_given_on_ = true;
-      std::make_shared<Page>(server_, std::move(stream_))->begin(request);
+      const bool tells_gaze = request.target().ends_with("?levels");
+      std::make_shared<Page>(server_, std::move(stream_), tells_gaze)->begin(request);
       return;
     }
     response_ = asks_for_data

@@ -94,22 +94,17 @@ PackedTriangles packed_with(std::span<const LooseTriangle> triangles, std::uint3
   return packed;
 }
 
-/// Numbers as small as they go.
-void add_indices(Message& message, const char* name, const std::vector<std::uint32_t>& indices,
-                 std::size_t of) {
-  if (of <= 0xffff)
-    message.add(name, std::vector<std::uint16_t>(indices.begin(), indices.end()));
-  else
-    message.add(name, indices);
-}
-
 /// Adds what is common to all messages with triangles.
-void add_triangles(Message& message, const Lattice& lattice, const PackedTriangles& packed, unsigned bits) {
+/// @param finest the step of the lattice that points are on.
+void add_triangles(Message& message, const Lattice& lattice, const Box& box, const PackedTriangles& packed,
+                   double finest, bool is_coarse) {
   message["origin"] = lattice.origin();
   message["step"] = lattice.step();
-  if (bits < Lattice::bits) message["coarse"] = true;
-  message.add("positions", packed.positions);
-  add_indices(message, "triangles", packed.triangles, packed.parts.size());
+  message["box"] = {box.lower, box.upper};
+  message["finest"] = std::ilogb(finest);
+  if (is_coarse) message["coarse"] = true;
+  message.add("positions", packed.positions, 3);
+  message.add_indices("triangles", packed.triangles, 1);
 }
 
 /// Corners of a convex polygon in the plane, counter-clockwise.
@@ -337,12 +332,13 @@ std::vector<Point> rounded(std::vector<Point> points, double step) {
 }
 
 /// The points of a complex, some of them as one if there are more than `most` triangles.
-std::vector<Point> coarse_points(const geometry::Brep& brep, const Faces& faces,
-                                 std::span<const ShownFace> shown, std::size_t most) {
+/// @return with the step of their lattice; 0: there is none.
+std::pair<std::vector<Point>, double> coarse_points(const geometry::Brep& brep, const Faces& faces,
+                                                    std::span<const ShownFace> shown, std::size_t most) {
   constexpr double first_coarse = 1024;  // steps along the longest axis
   std::size_t count = 0;
   for (const ShownFace& each : shown) count += faces.triangles(each.face).size();
-  if (count <= most) return brep.points;
+  if (count <= most) return {brep.points, 0};
   Box box;
   for (const Point& point : brep.points) box.add(point);
   double step = std::exp2(std::ceil(std::log2(
@@ -354,7 +350,7 @@ std::vector<Point> coarse_points(const geometry::Brep& brep, const Faces& faces,
     for (const ShownFace& each : shown)
       for (const auto& [a, b, c] : faces.triangles(each.face))
         if (points[a] != points[b] && points[b] != points[c] && points[c] != points[a]) ++count;
-    if (count <= most) return points;
+    if (count <= most) return {std::move(points), step};
   }
 }
 
@@ -390,7 +386,7 @@ void fit_lattices(const geometry::Brep& brep, const Faces& faces, std::vector<Pi
 
 std::string piece_message(std::uint64_t run, std::size_t number, const geometry::Brep& brep,
                           const Faces& faces, const Piece& piece, const std::vector<Point>& points,
-                          bool is_coarse) {
+                          double coarse_step) {
   std::vector<LooseTriangle> triangles;
   std::vector<std::uint32_t> names, solids;
   std::vector<float> areas;
@@ -412,12 +408,14 @@ std::string piece_message(std::uint64_t run, std::size_t number, const geometry:
   Message message("piece", run);
   message["piece"] = number;
   message["part"] = piece.faces.front().part;
-  add_triangles(message, lattice, packing, is_coarse ? 0 : Lattice::bits);
-  message.add("ofFace", packing.of_owner);
-  message.add("faces", names);
-  message.add("solids", solids);
+  message["area"] = std::accumulate(areas.begin(), areas.end(), 0.0);
+  message["ofFaces"] = names.size();
+  add_triangles(message, lattice, box, packing, std::max(lattice.step(), coarse_step), coarse_step > 0);
+  message.add_small("ofFace", packing.of_owner);
+  message.add_small("faces", names, 1);
+  message.add_small("solids", solids, 1);
   message.add("areas", areas);
-  add_indices(message, "edges", edges_of(brep, points, piece.faces, lattice, packing), packing.parts.size());
+  message.add_indices("edges", edges_of(brep, points, piece.faces, lattice, packing), 1);
   return message.bytes();
 }
 
@@ -493,10 +491,11 @@ std::string region_message(std::uint64_t run, std::uint32_t region,
   message["rank"] = region < looks.rank_of_region.size() ? looks.rank_of_region[region] : 0;
   message["opaque"] = opaque;
   message["inCells"] = in_cells;
-  add_triangles(message, lattice, packing, std::min(bits, fewer_bits));
+  const unsigned lost = Lattice::bits - std::min(bits, fewer_bits);
+  add_triangles(message, lattice, box, packing, std::ldexp(lattice.step(), static_cast<int>(lost)), lost > 0);
   message.add("parts", packing.parts);
   if (!looks.tint_of_primitive.empty()) message.add("tints", packing.tints);
-  message.add("ofCell", packing.of_owner);
+  message.add_small("ofCell", packing.of_owner);
   message.add("cellParts", cells.parts);
   message.add("levels", cells.levels);
   message.add("volumes", cells.volumes);
@@ -506,13 +505,12 @@ std::string region_message(std::uint64_t run, std::uint32_t region,
 std::vector<std::string> surface_messages(std::uint64_t run, const geometry::Brep& brep, std::size_t most) {
   const Faces faces(brep);
   const std::vector<ShownFace> shown = faces.shown();
-  std::vector<Point> points = coarse_points(brep, faces, shown, most);
-  const bool is_coarse = points != brep.points;
+  auto [points, coarse_step] = coarse_points(brep, faces, shown, most);
   std::vector<Piece> pieces = pieces_of(faces, shown);
   fit_lattices(brep, faces, pieces, points);
   std::vector<std::string> messages;
   for (const Piece& piece : pieces)
-    messages.push_back(piece_message(run, messages.size(), brep, faces, piece, points, is_coarse));
+    messages.push_back(piece_message(run, messages.size(), brep, faces, piece, points, coarse_step));
   return messages;
 }
 

@@ -13,6 +13,7 @@
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/module.hpp"
+#include "viewer/levels.hpp"
 #include "viewer/message.hpp"
 
 namespace bsp2::jobs {
@@ -288,7 +289,8 @@ void Viewer::show(const supersteps::RunResult& now, supersteps::Ranks& ranks) {
   pack_model(picture);
   for (const auto& message : ranks.received()) {
     const auto end = message.bytes.find('\n');
-    scene_.put(std::string(message.bytes.substr(0, end)), std::string(message.bytes.substr(end + 1)));
+    put_detailed(scene_, std::string(message.bytes.substr(0, end)),
+                 std::string(message.bytes.substr(end + 1)));
   }
   pack_end(picture);
 }
@@ -372,8 +374,10 @@ void Viewer::pack_again_and_again() {
         pack_model(*picture);
         pack(
             *picture,
-            [this](const std::string& key, std::string bytes) { scene_.put(key, std::move(bytes)); }, 1, 0,
-            true);
+            [this](const std::string& key, std::string bytes) {
+              put_detailed(scene_, key, std::move(bytes));
+            },
+            1, 0, true);
         pack_end(*picture);
       } else {
         pack_fresh(fresh, step);
@@ -475,17 +479,16 @@ void Viewer::pack_end(const Picture& picture) {
     std::size_t number = 0;
     const std::string key = "piece " + std::to_string(picture.run) + " ";
     for (std::string& piece : surface_messages(picture.run, *picture.faces, command_.triangles))
-      scene_.put(key + std::to_string(number++), std::move(piece));
+      put_detailed(scene_, key + std::to_string(number++), std::move(piece));
   }
   Message message("shown", picture.run);
   message["surface"] = picture.faces.has_value();
   message["final"] = is_over;
   message["ofStep"] = picture.step;
   if (picture.faces) {
-    json solids = json::array();
-    for (const auto& solid : picture.faces->solids)
-      solids.push_back({{"part", solid.part}, {"volume", solid.volume}});
-    if (solids.size() <= 100000) message["solids"] = std::move(solids);
+    std::vector<float> volumes;
+    for (const auto& solid : picture.faces->solids) volumes.push_back(static_cast<float>(solid.volume));
+    message.add("solidVolumes", volumes);
   }
   scene_.put("shown", message.bytes());
   scene_.remove("fresh ");

@@ -1,0 +1,269 @@
+#include "viewer/levels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "serving/reader.hpp"
+#include "support/rounds.hpp"
+#include "viewed.hpp"
+#include "viewer/packing.hpp"
+
+namespace bsp2::jobs {
+namespace {
+
+using nlohmann::json;
+using Triangle = std::array<Point, 3>;
+
+double rounded(double x, double step) { return std::round(x / step) * step; }
+
+Triangle on_lattice(Triangle triangle, double step) {
+  for (Point& corner : triangle)
+    for (double& x : corner) x = rounded(x, step);
+  return triangle;
+}
+
+bool is_collapsed(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+
+/// The triangles of a message in their order, each with what is told of its owner.
+std::vector<std::pair<Triangle, double>> triangles_of(const Decoded& message, const char* counts,
+                                                      const char* told) {
+  const auto points = message.points();
+  const auto corners = message.whole("triangles"), of_owner = message.whole(counts);
+  const auto values = message.real(told);
+  std::vector<std::pair<Triangle, double>> all;
+  std::size_t at = 0;
+  for (std::size_t owner = 0; owner < of_owner.size(); ++owner)
+    for (std::int64_t i = 0; i < of_owner[owner]; ++i, at += 3)
+      all.push_back(
+          {{points.at(corners.at(at)), points.at(corners.at(at + 1)), points.at(corners.at(at + 2))},
+           values.at(owner)});
+  EXPECT_EQ(at, corners.size());
+  return all;
+}
+
+/// Of each message at each level: what is left is what does not collapse, on the lattice, in its order.
+void expect_levels(const std::string& bytes) {
+  const Decoded finest(bytes);
+  const bool is_piece = finest.header["kind"] == "piece";
+  const char *counts = is_piece ? "ofFace" : "ofCell", *told = is_piece ? "areas" : "volumes";
+  const auto all = triangles_of(finest, counts, told);
+  const int first = finest.header["finest"];
+  for (int level = first; level < first + 18; level += 3) {
+    const double step = std::exp2(level);
+    const Decoded coarse(coarser(bytes, level));
+    EXPECT_EQ(coarse.header["step"], step);
+    std::vector<std::pair<Triangle, double>> expected;
+    for (const auto& [triangle, value] : all)
+      if (const Triangle moved = on_lattice(triangle, step); !is_collapsed(moved))
+        expected.emplace_back(moved, value);
+    ASSERT_EQ(triangles_of(coarse, counts, told), expected) << "level " << level;
+    for (const char* name : {"box", "run", "finest", is_piece ? "area" : "region"})
+      EXPECT_EQ(coarse.header[name], finest.header[name]);
+    EXPECT_EQ(is_piece ? coarse.points().size() : coarse.whole("parts").size(), coarse.points().size());
+  }
+  const Decoded none(coarser(bytes, Detail::nothing));
+  EXPECT_TRUE(none.whole("triangles").empty() && none.whole("positions").empty() &&
+              none.whole(counts).empty());
+  EXPECT_EQ(none.header["box"], finest.header["box"]);
+}
+
+TEST(Levels, WhatIsLeftOfAMessageIsWhatDoesNotCollapse) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int round = 0; round < samples::rounds(3); ++round) {
+    const auto result = evaluated(random_model(random));
+    for (const std::string& bytes : surface_messages(3, *result.faces, 1U << 30)) expect_levels(bytes);
+    for (const auto& batch : result.mesh.batches)
+      if (!batch->empty()) expect_levels(region_message(3, batch->region.front(), {batch}, {}, 1U << 30));
+  }
+}
+
+/// Pieces at one level have no gaps between them, whatever the level.
+TEST(Levels, PiecesAtOneLevelAreClosedTogether) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  const auto result = evaluated(random_model(random));
+  const auto pieces = surface_messages(3, *result.faces, 1U << 30);
+  for (int level = -12; level < 3; ++level) {
+    std::map<std::int64_t, std::map<std::pair<Point, Point>, int>> uses;
+    for (const std::string& bytes : pieces) {
+      const Decoded message(coarser(bytes, std::max(level, Decoded(bytes).header["finest"].get<int>())));
+      for (const auto& [t, area] : triangles_of(message, "ofFace", "areas"))
+        for (std::size_t i = 0; i < 3; ++i) {
+          ++uses[message.header["part"]][{t[i], t[(i + 1) % 3]}];
+          --uses[message.header["part"]][{t[(i + 1) % 3], t[i]}];
+        }
+    }
+    for (const auto& [part, edges] : uses)
+      for (const auto& [edge, count] : edges) ASSERT_EQ(count, 0) << "level " << level;
+  }
+}
+
+/// A camera that looks along -z from above, with 90 degrees from low to high, as pages tell it.
+std::string gaze_from(const Point& eye, double height, const json& more = json::object()) {
+  constexpr double near = 0.1, far = 1e5;
+  json said{{"gaze", 1},
+            {"height", height},
+            {"matrix",
+             {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -(far + near) / (far - near), -1, -eye[0], -eye[1],
+              (eye[2] * (far + near) - 2 * far * near) / (far - near), eye[2]}}};
+  said.update(more);
+  return said.dump();
+}
+
+Detail small_box(const Point& at) {
+  Detail detail{.kind = Detail::Kind::cells, .run = 1, .lower = at, .upper = at};
+  for (double& x : detail.upper) x += 0.5;
+  detail.finest = -20;
+  detail.coarsest = -4;
+  return detail;
+}
+
+TEST(Gaze, StepsAreAtMostHalfAPixelAndNotLessThanAQuarter) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int seen = 0;
+  for (int round = 0; round < samples::rounds(2000); ++round) {
+    const double height = 100 + 2000 * unit(random);
+    const Point eye{0, 0, 1 + 100 * unit(random)};
+    const auto gaze = Gaze::heard(gaze_from(eye, height));
+    ASSERT_TRUE(gaze);
+    Detail detail =
+        small_box({200 * (unit(random) - 0.5), 200 * (unit(random) - 0.5), -1 - 20 * unit(random)});
+    detail.coarsest = 4;
+    const auto wanted = gaze->wanted(detail, 0);
+    const double distance = eye[2] - detail.upper[2], farthest = eye[2] - detail.lower[2];
+    const auto is_beyond = [&](std::size_t axis) {  // at each depth the picture is as wide as that is away
+      return detail.lower[axis] > farthest || detail.upper[axis] < -farthest;
+    };
+    if (is_beyond(0) || is_beyond(1)) {
+      EXPECT_FALSE(wanted.is_seen);
+      EXPECT_EQ(wanted.level, detail.coarsest);
+      continue;
+    }
+    ASSERT_TRUE(wanted.is_seen);
+    ++seen;
+    const double pixel = 2 * distance / height, step = std::exp2(wanted.level);
+    EXPECT_LE(step, 0.5000001 * pixel);
+    EXPECT_GT(step, 0.2499999 * pixel);
+  }
+  EXPECT_GT(seen, samples::rounds(2000) / 20);
+}
+
+TEST(Gaze, WhatIsNotDrawnIsNotWantedAndWhatIsSelectedIsWantedAsItIs) {
+  Detail piece = small_box({0, 0, 0});
+  piece.kind = Detail::Kind::surface;
+  piece.part = 3;
+  piece.number = 7;
+  const Detail cells = small_box({0, 0, 0});
+  const auto surface = Gaze::heard(gaze_from({0, 0, 50}, 500, {{"surface", true}})).value();
+  EXPECT_EQ(surface.wanted(cells, 1).level, Detail::nothing);
+  EXPECT_NE(surface.wanted(cells, 0).level, Detail::nothing) << "of a run that has no surface yet";
+  EXPECT_TRUE(surface.wanted(piece, 1).is_seen);
+  const auto without = Gaze::heard(gaze_from({0, 0, 50}, 500, {{"surface", true}, {"hidden", {3}}})).value();
+  EXPECT_EQ(without.wanted(piece, 1).level, Detail::nothing);
+  const auto picked = Gaze::heard(gaze_from({0, 0, 50}, 500, {{"surface", true}, {"pieces", {7}}})).value();
+  EXPECT_EQ(picked.wanted(piece, 1).level, piece.finest);
+  EXPECT_EQ(surface.wanted(piece, 1).level, picked.wanted(small_box({0, 0, 0}), 0).level);
+  const auto inside = Gaze::heard(gaze_from({0, 0, 0.25}, 500)).value();
+  EXPECT_EQ(inside.wanted(cells, 0).level, cells.finest);
+  const auto even = Gaze::heard(gaze_from({0, 0, 50}, 500, {{"depth", 5}, {"all", true}})).value();
+  EXPECT_EQ(even.wanted(cells, 0).level, even.wanted(small_box({900, 0, -700}), 0).level);
+}
+
+TEST(Gaze, GarbageIsNone) {
+  for (const std::string text :
+       {"", "nothing", "[]", "{}", R"({"gaze":1})", R"({"gaze":1,"height":5,"matrix":[1,2]})",
+        R"({"gaze":-1,"height":5,"matrix":[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0]})",
+        R"({"gaze":1,"height":5,"matrix":[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,"x"]})"})
+    EXPECT_FALSE(Gaze::heard(text)) << text;
+  const auto odd = Gaze::heard(
+      R"({"gaze":1,"height":0,"matrix":[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1],"hidden":7,"pieces":{}})");
+  ASSERT_TRUE(odd);
+  const int level = odd->wanted(small_box({0, 0, 0}), 0).level;
+  EXPECT_TRUE(level >= -20 && level <= -4);
+}
+
+/// A scene whose messages tell their key and level.
+class Reading : public ::testing::Test {
+ protected:
+  Scene scene_;
+  Levels levels_{500};
+  std::map<std::string, int> versions_;
+
+  void put(const std::string& key, const Point& at) {
+    const std::string name = key + "." + std::to_string(++versions_[key]);
+    auto detail = std::make_shared<Detail>(small_box(at));
+    detail->coarser = [](const std::string& bytes, int level) {
+      return bytes.substr(0, bytes.find('@') + 1) + std::to_string(level);
+    };
+    scene_.put(key, name + "@" + std::to_string(detail->finest), detail);
+  }
+  /// What a page has at last: of each key the version and level; "seen" if it is told that this is all.
+  std::map<std::string, std::string> read(Reader& reader, std::map<std::string, std::string> has) {
+    while (const auto next = reader.next()) {
+      has["seen"] = next->is_text ? *next->bytes : "";
+      const std::string& bytes = *next->bytes;
+      if (!next->is_text) has[bytes.substr(0, bytes.find('.'))] = bytes.substr(bytes.find('.') + 1);
+      EXPECT_LE(levels_.bytes(), 500U);
+    }
+    return has;
+  }
+};
+
+TEST_F(Reading, APageHasEachThingAtItsLevelAtLastWhateverCameBefore) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(-40, 40), height(1, 100);
+  std::map<std::string, Point> at;
+  // One that never takes anything finer than it sees, and one that keeps it.
+  Reader strict(scene_, levels_, true, 0), other(scene_, levels_, true), program(scene_, levels_, false);
+  std::map<std::string, std::string> has, other_has, program_has;
+  for (int round = 0; round < samples::rounds(100); ++round) {
+    for (unsigned i = random() % 6; i > 0; --i) {
+      const std::string key = "k" + std::to_string(random() % 20);
+      at[key] = {place(random), place(random), place(random) / 10};
+      put(key, at[key]);
+    }
+    const auto gaze =
+        Gaze::heard(gaze_from({place(random), place(random), 5 + height(random)}, 100 + random() % 900))
+            .value();
+    strict.look(gaze);
+    other.look(gaze);
+    has = read(strict, has);
+    other_has = read(other, other_has);
+    program_has = read(program, program_has);
+    EXPECT_EQ(has["seen"], R"({"seen":1})");
+    EXPECT_FALSE(strict.next());
+    for (const auto& [key, place_of_key] : at) {
+      const std::string version = std::to_string(versions_[key]) + "@";
+      const auto wanted = gaze.wanted(small_box(place_of_key), 0);
+      EXPECT_EQ(program_has[key], version + "-20") << key;
+      ASSERT_TRUE(has[key].starts_with(version) && other_has[key].starts_with(version)) << key;
+      if (!wanted.is_seen) continue;
+      EXPECT_EQ(has[key], version + std::to_string(wanted.level)) << key;
+      EXPECT_LE(std::stoi(other_has[key].substr(version.size())), wanted.level) << key;
+    }
+  }
+}
+
+TEST_F(Reading, NothingThatHasLevelsComesBeforeAPageTellsWhereItLooks) {
+  Reader reader(scene_, levels_, true);
+  scene_.put_first("model", "model");
+  put("k", {0, 0, 0});
+  for (int i = 0; i < 2; ++i) ASSERT_EQ(*reader.next()->bytes, "model");  // before all, and in its place
+  EXPECT_FALSE(reader.next());
+  reader.look(Gaze::heard(gaze_from({0, 0, 50}, 500)).value());
+  EXPECT_TRUE(reader.next()->bytes->starts_with("k.1@"));
+}
+
+}  // namespace
+}  // namespace bsp2::jobs
