@@ -12,6 +12,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/model/expression/csg.hpp"
+#include "products/shared_lines.hpp"
 
 namespace bsp2::api {
 namespace {
@@ -278,11 +279,12 @@ drawing::Drawing draw(const supersteps::RunOptions& run_options, drawing::Drawin
   for (const auto& section : options.sections)
     cuts.push_back(cut(section, again, solid, ranks, run, option(section)));
   drawing::Drawing drawn;
+  ranks.begin("drawing");
+  options.threads = std::max(1U, result.report.threads);
+  const auto lines = shared_lines(ranks.is_master() ? &*result.faces : nullptr, cuts, options, ranks);
   ranks.agree([&] {
-    ranks.begin("drawing");
     if (!ranks.is_master()) return;
-    options.threads = result.report.threads;
-    drawn = drawing::draw(*result.faces, cuts, options);
+    drawn = drawing::draw(*result.faces, cuts, options, lines);
     if (run_options.resume && !result.report.complete)
       drawn.notes.emplace_back(
           "the snapshot is of a run that is not complete: only its IN cells are drawn" +

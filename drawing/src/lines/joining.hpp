@@ -7,13 +7,6 @@
 
 namespace bsp2::drawing {
 
-/// What is drawn without lifting the pen. On the sheet, in millimetres.
-struct Stroke {
-  LineKind kind = LineKind::visible;
-  bool is_closed = false;
-  std::vector<Point2> points;
-};
-
 /// What a sheet can show; in millimetres.
 inline constexpr double finest = 0.01;
 

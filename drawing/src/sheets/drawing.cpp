@@ -36,16 +36,47 @@ struct LeftOut {
   std::vector<std::string> marks;
 };
 
+Point2 corner(const Layout& layout, const PlacedView& view, const Point2& at) {
+  return {view.origin[0] + (at[0] - view.lower[0]) * layout.scale,
+          view.origin[1] + (at[1] - view.lower[1]) * layout.scale};
+}
+
+ViewLines lines_of_view(const Brep& brep, const GridPoints& grid, const PlacedView& view,
+                        const Layout& layout, const DrawingOptions& options) {
+  LineOptions how;
+  how.smooth_angle = options.smooth_angle;
+  how.smooth_edges = options.smooth_edges;
+  how.hidden =
+      view.section == nullptr && (options.hidden == HiddenLines::everywhere ||
+                                  (options.hidden == HiddenLines::flat_views && view.kind != ViewKind::iso));
+  how.shortest = finest / layout.scale;
+  how.threads = options.threads;
+  std::vector<Piece> pieces = lines_of(brep, grid, axes_of(view.kind), how);
+  for (Piece& piece : pieces) {
+    piece.from = corner(layout, view, piece.from);
+    piece.to = corner(layout, view, piece.to);
+  }
+  ViewLines lines;
+  lines.strokes = joined(std::move(pieces), lines.short_lines);
+  return lines;
+}
+
+/// @throws bsp2::Error if the solid is empty, or does not fit.
+Layout checked_layout(const Brep& brep, const DrawingOptions& options) {
+  if (brep.points.empty()) throw Error("the solid is empty: there is nothing to draw");
+  return layout_of(brep.points, options);
+}
+
 /// Draws views on a sheet.
 class Draughtsman {
  public:
   Draughtsman(const DrawingOptions& options, const Layout& layout, io::Sheet& sheet)
       : options_(options), layout_(layout), sheet_(sheet), notes_(sheet) {}
 
-  void draw(const PlacedView& view, const Seen& solid) {
+  void draw(const PlacedView& view, const Seen& solid, const ViewLines& lines) {
     view_ = &view;
     axes_ = &axes_of(view.kind);
-    draw_lines(solid);
+    draw_lines(lines);
     if (view.section != nullptr) hatch(solid);
     if (options_.centre_lines && view.kind != ViewKind::iso) draw_axes(solid);
     write_name();
@@ -132,29 +163,16 @@ class Draughtsman {
   std::map<const PlacedView*, double> dimension_lines_;
 
   [[nodiscard]] Point2 corner(const PlacedView& view, const Point2& at) const {
-    return {view.origin[0] + (at[0] - view.lower[0]) * layout_.scale,
-            view.origin[1] + (at[1] - view.lower[1]) * layout_.scale};
+    return drawing::corner(layout_, view, at);
   }
   [[nodiscard]] Point2 on_sheet(const Point3& point) const { return corner(*view_, seen(*axes_, point)); }
 
-  void draw_lines(const Seen& solid) {
-    LineOptions lines;
-    lines.smooth_angle = options_.smooth_angle;
-    lines.smooth_edges = options_.smooth_edges;
-    lines.hidden = view_->section == nullptr &&
-                   (options_.hidden == HiddenLines::everywhere ||
-                    (options_.hidden == HiddenLines::flat_views && view_->kind != ViewKind::iso));
-    lines.shortest = finest / layout_.scale;
-    lines.threads = options_.threads;
-    std::vector<Piece> pieces = lines_of(solid.brep, solid.grid, *axes_, lines);
-    for (Piece& piece : pieces) {
-      piece.from = corner(*view_, piece.from);
-      piece.to = corner(*view_, piece.to);
-    }
+  void draw_lines(const ViewLines& lines) {
     constexpr std::array<LayerNumber, line_kinds> layers{visible_layer, smooth_layer, hidden_layer};
-    for (Stroke& stroke : joined(std::move(pieces), left_out_.short_lines))
+    left_out_.short_lines += lines.short_lines;
+    for (const Stroke& stroke : lines.strokes)
       sheet_.paths.push_back(
-          {layers[static_cast<std::size_t>(stroke.kind)], stroke.is_closed, std::move(stroke.points)});
+          {layers[static_cast<std::size_t>(stroke.kind)], stroke.is_closed, stroke.points});
   }
 
   /// The faces that lie in the plane of the section.
@@ -292,9 +310,23 @@ ViewKind view_of(const Section& section) {
   return (section.from_behind ? behind : usual).at(section.axis);
 }
 
-Drawing draw(const Brep& brep, std::span<const Brep> cuts, const DrawingOptions& options) {
-  if (brep.points.empty()) throw Error("the solid is empty: there is nothing to draw");
-  const Layout layout = layout_of(brep.points, options);
+std::vector<ViewLines> lines_of_views(const Brep& brep, std::span<const Brep> cuts,
+                                      const DrawingOptions& options, Share share) {
+  const Layout layout = checked_layout(brep, options);
+  const GridPoints grid(brep.points);
+  std::vector<ViewLines> lines(layout.views.size());
+  for (std::size_t i = share.number; i < lines.size(); i += share.of) {
+    const PlacedView& view = layout.views[i];
+    lines[i] = view.section == nullptr
+                   ? lines_of_view(brep, grid, view, layout, options)
+                   : lines_of_view(cuts[view.cut], GridPoints(cuts[view.cut].points), view, layout, options);
+  }
+  return lines;
+}
+
+Drawing draw(const Brep& brep, std::span<const Brep> cuts, const DrawingOptions& options,
+             std::span<const ViewLines> lines) {
+  const Layout layout = checked_layout(brep, options);
   Drawing drawing;
   drawing.scale = layout.scale;
   io::Sheet& sheet = drawing.sheet;
@@ -304,11 +336,10 @@ Drawing draw(const Brep& brep, std::span<const Brep> cuts, const DrawingOptions&
   sheet.layers = drawing_layers();
   Draughtsman draughtsman(options, layout, sheet);
   const Seen whole = prepared(brep, options);
-  for (const PlacedView& view : layout.views)
-    if (view.section == nullptr)
-      draughtsman.draw(view, whole);
-    else
-      draughtsman.draw(view, prepared(cuts[view.cut], options));
+  for (std::size_t i = 0; i < layout.views.size(); ++i) {
+    const PlacedView& view = layout.views[i];
+    draughtsman.draw(view, view.section == nullptr ? whole : prepared(cuts[view.cut], options), lines[i]);
+  }
   Point3 lower = brep.points.front(), upper = lower;
   for (const Point3& point : brep.points)
     for (std::size_t k = 0; k < 3; ++k) {

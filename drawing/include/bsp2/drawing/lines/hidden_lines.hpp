@@ -22,6 +22,13 @@ struct Piece {
   LineKind kind = LineKind::visible;
 };
 
+/// What is drawn without lifting the pen. On the sheet, in millimetres.
+struct Stroke {
+  LineKind kind = LineKind::visible;
+  bool is_closed = false;
+  std::vector<Point2> points;
+};
+
 struct LineOptions {
   double smooth_angle = 30;  ///< degrees: facets that meet in less are of something round
   bool smooth_edges = false;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/drawing/lines/hidden_lines.hpp"
 #include "bsp2/drawing/views/views.hpp"
 #include "bsp2/geometry/surface/brep.hpp"
 #include "bsp2/io/outputs/sheet.hpp"
@@ -61,6 +62,25 @@ struct Drawing {
   std::vector<std::string> notes;  ///< what is as it should be, but may surprise
 };
 
+/// The lines of one view, as they are on the sheet.
+struct ViewLines {
+  std::vector<Stroke> strokes;
+  std::uint64_t short_lines = 0;  ///< that were left out
+};
+
+/// Which views somebody finds the lines of, where several share them: each `of`-th one.
+struct Share {
+  std::size_t number = 0, of = 1;
+};
+
+/// The lines of all views, those of sections after the others: what takes the time of a drawing. Those that
+/// are not in the share stay empty. Of the complexes it needs `points`, `edges`, `faces`, `uses`,
+/// `uses_of_edges`, `triangles` and `face_of_triangle`.
+/// @param cuts as for `draw`.
+/// @throws bsp2::Error if it does not fit on the sheet, and for an empty solid.
+std::vector<ViewLines> lines_of_views(const geometry::Brep& brep, std::span<const geometry::Brep> cuts,
+                                      const DrawingOptions& options, Share share = {});
+
 /// An engineering drawing: views with hidden lines, sections, centre lines, dimensions, a frame and a title
 /// block.
 ///
@@ -68,7 +88,8 @@ struct Drawing {
 /// wants them, and sections on the right of them. A unit of the model is a millimetre. The result does not
 /// depend on the number of threads.
 /// @param cuts the solid without what is in front of each section, in their order.
-/// @throws bsp2::Error if it does not fit on the sheet, and for an empty solid.
-Drawing draw(const geometry::Brep& brep, std::span<const geometry::Brep> cuts, const DrawingOptions& options);
+/// @param lines of all views. @throws bsp2::Error if it does not fit on the sheet, and for an empty solid.
+Drawing draw(const geometry::Brep& brep, std::span<const geometry::Brep> cuts, const DrawingOptions& options,
+             std::span<const ViewLines> lines);
 
 }  // namespace bsp2::drawing
