@@ -37,18 +37,22 @@ std::optional<Reader::Next> Reader::next() {
   if (!gaze_) return std::nullopt;
   if (!is_planned_) plan();
   while (!to_come_.empty()) {
-    const auto entry = scene_.find(to_come_.back());
+    const Planned planned = to_come_.back();
     to_come_.pop_back();
-    if (entry) return Next{take(*entry)};
+    const auto entry = scene_.find(planned.number);
+    if (!entry) continue;
+    if (Scene::Bytes bytes = take(*entry, planned.is_needed)) return Next{std::move(bytes)};
   }
   if (std::exchange(is_told_, true)) return std::nullopt;
   return Next{std::make_shared<const std::string>("{\"seen\":" + std::to_string(gaze_->number) + "}"), true};
 }
 
-Scene::Bytes Reader::take(const Scene::Entry& entry) {
+/// @return null if it is not needed, and would not be less than half of what the page has.
+Scene::Bytes Reader::take(const Scene::Entry& entry, bool is_needed) {
   if (!entry.detail || !gaze_) return entry.bytes;
   const int level = gaze_->wanted(*entry.detail, scene_.run_of_surface()).level;
   Scene::Bytes bytes = levels_.at(entry, level);
+  if (!is_needed && 2 * bytes->size() > held_[entry.number].bytes) return nullptr;
   held_[entry.number] = {level, bytes->size()};
   return bytes;
 }
@@ -77,13 +81,14 @@ void Reader::plan() {
     bytes += found->second.bytes;
   }
   held_ = std::move(held);
-  const bool gets_coarser = bytes > enough_ || gaze_->depth > 0;
+  const bool is_even = gaze_->depth > 0, gets_coarser = is_even || bytes > enough_;
   std::sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) {
     return std::pair(a.depth, a.number) > std::pair(b.depth, b.number);
   });
   to_come_.clear();
   for (const Seen& each : seen)
-    if (each.difference > 0 || (each.difference < 0 && gets_coarser)) to_come_.push_back(each.number);
+    if (each.difference > 0 || (each.difference < 0 && gets_coarser))
+      to_come_.push_back({each.number, each.difference > 0 || is_even});
 }
 
 }  // namespace bsp2::jobs

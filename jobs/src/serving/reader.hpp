@@ -31,7 +31,8 @@ class Levels {
 ///
 /// Messages in their order, each at the level that the page can see; and once it has them all, those again
 /// that it sees finer than it has them. What it has finer than it sees it keeps, until that is so much that
-/// drawing it takes long. A page that does not tell where it looks gets all as it is. Of one thread.
+/// drawing it takes long, and less than half would do. A page that does not tell where it looks gets all as
+/// it is. Of one thread.
 class Reader {
  public:
   /// What a page may have of what it sees without getting any of it coarser: some 500,000 triangles.
@@ -60,9 +61,13 @@ class Reader {
     std::size_t bytes;
   };
   std::unordered_map<std::uint64_t, Held> held_;  ///< by number of the message
-  std::vector<std::uint64_t> to_come_;            ///< messages, the next one at the end
+  struct Planned {
+    std::uint64_t number;
+    bool is_needed;  ///< else it only takes less
+  };
+  std::vector<Planned> to_come_;  ///< the next one at the end
 
-  Scene::Bytes take(const Scene::Entry& entry);
+  Scene::Bytes take(const Scene::Entry& entry, bool is_needed = true);
   void plan();
 };
 
