@@ -15,8 +15,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "bsp2/geometry/support/error.hpp"
-#include "bsp2/supersteps/loop/run.hpp"
+#include "bsp2/api/evaluation/ranks.hpp"
 #include "program/program.hpp"
 
 namespace {
@@ -46,7 +45,8 @@ void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 int main(int argc, char** argv) {
   using namespace bsp2;
   main_thread = std::this_thread::get_id();
-  supersteps::Ranks ranks = supersteps::Ranks::launched();
+  const Ranks all(std::make_shared<Ranks::Implementation>(supersteps::Ranks::launched()));
+  supersteps::Ranks& ranks = all.implementation()->ranks;
   const std::string at = variable("BSP2_FAIL_AT"), how = variable("BSP2_FAIL_HOW");
   if (how == "busy")
     ranks.on_superstep = [=](const std::string& name, unsigned) {
@@ -72,8 +72,5 @@ int main(int argc, char** argv) {
         (how.starts_with("main") ? main_allocations : worker_allocations) =
             std::atol(how.c_str() + colon + 1);
     };
-  const auto run = [](const supersteps::RunOptions& options, supersteps::Ranks& all) {
-    return supersteps::run(options, all);
-  };
-  return jobs::program({argv + 1, argv + argc}, std::cout, ranks, run);
+  return jobs::program({argv + 1, argv + argc}, std::cout, all);
 }

@@ -11,68 +11,64 @@
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/sheet.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
-#include "bsp2/supersteps/loop/run.hpp"
+#include "evaluation/patience.hpp"
 #include "evaluation/result.hpp"
-#include "evaluation/run_options.hpp"
+#include "bsp2/api/evaluation/run_options.hpp"
+#include "outputs/outputs.hpp"
 
 namespace bsp2 {
 namespace {
 
-/// Tells somebody of the supersteps as they begin, as long as this lives.
+/// Tells somebody, on the master, how far the work is, as long as this lives; who listened to supersteps
+/// before still does.
 class Told {
  public:
-  Told(supersteps::Ranks& ranks, supersteps::RunOptions& run,
-       const std::function<void(const Progress&)>& tell)
-      : ranks_(ranks) {
-    if (!tell || !ranks.is_master()) return;
-    const auto now = std::make_shared<Progress>();
-    ranks.on_superstep = [now, tell](const std::string& name, unsigned) {
-      now->superstep = name;
-      now->done = 0;
-      tell(*now);
-    };
-    run.on_progress = [now, tell](double done, std::uint64_t cells) {
-      now->done = done;
-      if (cells > 0) now->cells = cells;
-      tell(*now);
+  Told(supersteps::Ranks& ranks, const std::function<void(const Progress&)>& tell)
+      : ranks_(ranks), before_(ranks.on_superstep), tell_(ranks.is_master() ? tell : nullptr) {
+    if (!tell_) return;
+    ranks.on_superstep = [this](const std::string& name, unsigned step) {
+      begin(name);
+      if (before_) before_(name, step);
     };
   }
-  ~Told() { ranks_.on_superstep = nullptr; }
+  ~Told() { ranks_.on_superstep = before_; }
   Told(const Told&) = delete;
   Told& operator=(const Told&) = delete;
 
+  /// A superstep, or a file that is written.
+  void begin(const std::string& what) {
+    if (!tell_) return;
+    now_.superstep = what;
+    now_.done = 0;
+    ++now_.begun;
+    tell_(now_);
+  }
+  void show(double done, std::uint64_t cells) {
+    if (!tell_) return;
+    now_.done = done;
+    if (cells > 0) now_.cells = cells;
+    tell_(now_);
+  }
+
  private:
   supersteps::Ranks& ranks_;
+  std::function<void(const std::string&, unsigned)> before_;
+  std::function<void(const Progress&)> tell_;
+  Progress now_;
 };
 
 /// What one rank alone does ends wherever it is, as long as this lives; several agree on it where they meet.
 /// What is asked once to end is so to the end.
 class InterruptedAlone {
  public:
-  InterruptedAlone(const supersteps::Ranks& ranks, supersteps::RunOptions& run) {
-    if (ranks.count() > 1) return;
+  InterruptedAlone(const supersteps::Ranks& ranks, const Options& options, supersteps::RunOptions& run) {
+    if (ranks.count() > 1 || options.stop_gently) return;
     if (run.interrupted) interruption_.emplace(run.interrupted);
     run.interrupted = geometry::Interruption::is_wanted;  // by this, or by a Stoppable around it
   }
 
  private:
   std::optional<geometry::Interruption> interruption_;
-};
-
-/// How long ranks wait for each other, as long as this lives.
-class Patience {
- public:
-  Patience(supersteps::Ranks& ranks, const std::optional<double>& seconds)
-      : ranks_(ranks), before_(ranks.timeout()) {
-    if (seconds) ranks.set_timeout(*seconds);
-  }
-  ~Patience() { ranks_.set_timeout(before_); }
-  Patience(const Patience&) = delete;
-  Patience& operator=(const Patience&) = delete;
-
- private:
-  supersteps::Ranks& ranks_;
-  double before_;
 };
 
 /// What each rank sees of the files by itself. @throws Error if they cannot be used.
@@ -101,21 +97,37 @@ void gather_contacts(supersteps::Ranks& ranks, supersteps::RunResult& result) {
             [](const Contact& a, const Contact& b) { return a.cell < b.cell; });
 }
 
+/// Evaluates and writes. Collective, within Ranks::together.
+supersteps::RunResult work(const supersteps::RunOptions& run, const Options& options,
+                           Ranks::Implementation& ranks, Told& told, api::Written& written) {
+  const api::Writing writing{
+      .files = options.outputs,
+      .run = run,
+      .stops_gently = options.stop_gently,
+      .cells_go = options.outputs_only,
+      .dashes = options.dashes,
+      .on_writing = [&told](const auto& file) { told.begin("writing " + file.filename().string()); },
+      .on_picture = [&told](double done) { told.show(done, 0); }};
+  return api::write_run(writing, ranks.ranks, ranks.engine, written);
+}
+
 Result found(supersteps::RunOptions run, const Options& options, const Ranks& ranks,
              std::optional<Expression> expression, const std::vector<std::string>& warnings) {
   auto made = std::make_shared<Result::Implementation>();
   made->ranks = ranks.implementation();
   made->expression = std::move(expression);
-  made->holds_cells = !options.measures_only;
+  made->holds_cells = !options.measures_only && !options.outputs_only;
   supersteps::Ranks& all = made->ranks->ranks;
   const Patience patience(all, options.timeout);
-  const Told told(all, run, options.progress);
+  Told told(all, options.progress);
+  if (options.progress)
+    run.on_progress = [&told](double done, std::uint64_t cells) { told.show(done, cells); };
   all.restart();
-  const InterruptedAlone interruption(all, run);
+  const InterruptedAlone interruption(all, options, run);
   try {
     all.together([&] {
       all.agree([&] { check_files(run); });
-      made->result = supersteps::run(run, all);
+      made->result = work(run, options, *made->ranks, told, made->written);
       if (options.contacts) gather_contacts(all, made->result);
     });
   } catch (const Error&) {  // places in the model may have been put before it
@@ -127,6 +139,7 @@ Result found(supersteps::RunOptions run, const Options& options, const Ranks& ra
                        made->result.report.failed.empty() && all.is_master();
   auto& report = made->result.report;
   report.warnings.insert(report.warnings.begin(), warnings.begin(), warnings.end());
+  made->model = run.model;
   made->snapshot = run.snapshot ? run.snapshot : run.resume;
   return Result(std::move(made));
 }
@@ -146,6 +159,14 @@ Result evaluate(const Expression& expression, const Options& options, const Rank
   });
 }
 
+Result evaluate(const std::filesystem::path& model, const Options& options, const Ranks& ranks) {
+  return guarded([&] {
+    supersteps::RunOptions run = run_options(options);
+    run.model = model;
+    return found(std::move(run), options, ranks, std::nullopt, {});
+  });
+}
+
 std::vector<std::string> draw(const Expression& expression, const std::vector<std::filesystem::path>& files,
                               const DrawingOptions& words, const Options& options, const Ranks& ranks) {
   return guarded([&] {
@@ -161,17 +182,17 @@ std::vector<std::string> draw(const Expression& expression, const std::vector<st
     supersteps::RunOptions run = run_options(expression, of_surface, told);
     supersteps::Ranks& all = ranks.implementation()->ranks;
     const Patience patience(all, options.timeout);
-    const Told progress(all, run, options.progress);
-    const InterruptedAlone interruption(all, run);
+    Told told_of(all, options.progress);
+    run.on_progress = [&](double done, std::uint64_t cells) { told_of.show(done, cells); };
+    const InterruptedAlone interruption(all, options, run);
     all.restart();
     all.together([&] {
-      const supersteps::RunResult result = supersteps::run(run, all);
+      const supersteps::RunResult result = ranks.implementation()->engine(run, all);
       all.agree([&] {
         if (result.report.interrupted) throw Error("interrupted; nothing is drawn");
         if (!result.report.failed.empty()) throw Error(result.report.failed.front().text);
       });
-      const drawing::Drawing drawn = api::draw(
-          run, how, result, all, [](const auto& again, auto& same) { return supersteps::run(again, same); });
+      const drawing::Drawing drawn = api::draw(run, how, result, all, ranks.implementation()->engine);
       all.agree([&] {
         if (!all.is_master()) return;
         for (const auto& file : files) write_sheet(file, drawn.sheet);

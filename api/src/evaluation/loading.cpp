@@ -1,5 +1,5 @@
+#include "bsp2/api/evaluation/ranks.hpp"
 #include "bsp2/model/expression/csg.hpp"
-#include "evaluation/ranks.hpp"
 #include "expression/node.hpp"
 
 namespace bsp2 {

@@ -11,14 +11,6 @@
 namespace bsp2 {
 namespace {
 
-Measures measures_of(const supersteps::Measures& found) {
-  return {.volume = {found.in_volume, found.in_volume + found.fuzzy_volume},
-          .centroid = found.centroid,
-          .inertia = found.inertia,
-          .inertia_least = found.inertia_least,
-          .inertia_most = found.inertia_most};
-}
-
 /// Room for all that some batches have. @throws Error if there is more than offsets can count.
 void reserve(geometry::CellBatch& whole, const supersteps::SolidMesh& mesh) {
   std::size_t cells = 0, points = 0, facets = 0, vertices = 0;
@@ -88,8 +80,16 @@ const Cells& Result::Implementation::cells() {
                               .volumes = all.volume});
 }
 
+Figures Result::Implementation::figures() const {
+  Figures figures = api::figures_in(result.report);
+  figures.written = written.files;
+  figures.solver_mesh = written.solver_mesh;
+  figures.drawing = written.drawing;
+  return figures;
+}
+
 const Measures& Result::Implementation::measures() {
-  if (!measures_) measures_ = measures_of(result.report);
+  if (!measures_) measures_ = api::measures_of(result.report);
   return *measures_;
 }
 
@@ -98,7 +98,7 @@ void Result::Implementation::check_cells(const std::string& what) const {
     throw Error("cannot make " + what + ": the evaluation was stopped, and there are no cells");
   if (!holds_cells || !result.report.has_cells)
     throw Error("cannot make " + what +
-                ": no cells are held; evaluate without measures_only and surface_only");
+                ": no cells are held; evaluate without measures_only, surface_only and outputs_only");
 }
 
 const supersteps::Asked& Result::Implementation::asked() const {
@@ -109,7 +109,7 @@ const supersteps::Asked& Result::Implementation::asked() const {
       throw Error(
           "the cells stay on the ranks that found them, so they can be asked no more; ask with the options "
           "of the evaluation (surface, faces, contacts)");
-    throw Error("no cells are held: evaluate without measures_only and surface_only");
+    throw Error("no cells are held: evaluate without measures_only, surface_only and outputs_only");
   }
   return *result.asked;
 }
@@ -154,7 +154,8 @@ const Measures& Result::measures() const {
 
 std::map<std::string, Measures> Result::named_measures() const {
   std::map<std::string, Measures> all;
-  for (const auto& each : implementation_->result.report.measures) all.emplace(each.name, measures_of(each));
+  for (const auto& each : implementation_->result.report.measures)
+    all.emplace(each.name, api::measures_of(each));
   return all;
 }
 
@@ -163,12 +164,7 @@ std::pair<Vector, Vector> Result::bounds() const {
   return {report.lower, report.upper};
 }
 
-std::vector<Part> Result::parts() const {
-  std::vector<Part> parts;
-  for (const auto& part : implementation_->result.report.named_parts)
-    parts.push_back({part.part, part.name, part.colour, part.volume});
-  return parts;
-}
+std::vector<Part> Result::parts() const { return api::parts_of(implementation_->result.report); }
 
 Surface Result::surface() const {
   return guarded([&] {
@@ -234,8 +230,15 @@ std::vector<std::string> Result::write(const std::filesystem::path& path, const 
 std::string Result::picture(const std::string& format, const View& view) const {
   return guarded([&] { return implementation_->picture(format, view); });
 }
+void Result::animate(const std::filesystem::path& path, const Film& film, const View& view) const {
+  guarded([&] { implementation_->animate(path, film, view); });
+}
+Figures Result::figures() const {
+  return guarded([&] { return implementation_->figures(); });
+}
 std::string Result::report() const {
-  return guarded([&] { return api::to_json(implementation_->result.report); });
+  const auto& mesh = implementation_->written.solver_mesh;
+  return guarded([&] { return api::to_json(implementation_->result.report, mesh ? &*mesh : nullptr); });
 }
 
 std::vector<std::string> Result::warnings() const {

@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/api/evaluation/ranks.hpp"
 #include "bsp2/geometry/cells/cell_batch.hpp"
 #include "bsp2/supersteps/state/run_result.hpp"
-#include "evaluation/ranks.hpp"
+#include "outputs/outputs.hpp"
 
 namespace bsp2 {
 
@@ -23,8 +24,10 @@ std::span<const Number> flat(const std::vector<std::array<Number, N>>& rows) {
 class Result::Implementation {
  public:
   supersteps::RunResult result;
+  api::Written written;
   std::shared_ptr<Ranks::Implementation> ranks;
-  std::optional<Expression> expression;           ///< none: of a snapshot
+  std::optional<Expression> expression;           ///< none: of a file, or of a snapshot
+  std::filesystem::path model;                    ///< the file
   std::optional<std::filesystem::path> snapshot;  ///< that was written, or else resumed
   bool holds_cells = true;                        ///< on some rank
   bool has_contacts = false;                      ///< all are in the result
@@ -39,6 +42,8 @@ class Result::Implementation {
   const supersteps::Asked& asked() const;
   std::vector<std::string> write(const std::filesystem::path& path, const WriteOptions& options);
   std::string picture(const std::string& format, const View& view);
+  void animate(const std::filesystem::path& path, const Film& film, const View& view);
+  [[nodiscard]] Figures figures() const;
 
  private:
   std::shared_ptr<const geometry::CellBatch> whole_;  // all cells

@@ -1,10 +1,11 @@
-#include "evaluation/run_options.hpp"
+#include "bsp2/api/evaluation/run_options.hpp"
 
 #include <cmath>
 #include <memory>
 
 #include "bsp2/api/products/solver_mesh.hpp"
 #include "expression/node.hpp"
+#include "outputs/outputs.hpp"
 
 namespace bsp2 {
 namespace {
@@ -18,6 +19,20 @@ void collect_warnings(const Expression::Node& root, std::vector<std::string>& wa
     warnings.insert(warnings.end(), node->warnings.begin(), node->warnings.end());
     for (auto at = node->operands.rbegin(); at != node->operands.rend(); ++at) left.push_back(at->get());
   }
+}
+
+supersteps::Collect collect_of(Collect collect) {
+  switch (collect) {
+    case Collect::master:
+      return supersteps::Collect::master;
+    case Collect::tree:
+      return supersteps::Collect::tree;
+    case Collect::file:
+      return supersteps::Collect::file;
+    case Collect::automatic:
+      break;
+  }
+  return supersteps::Collect::automatic;
 }
 
 }  // namespace
@@ -67,7 +82,7 @@ supersteps::RunOptions run_options(const Options& options) {
   run.tolerance_shares = api::tolerance_shares(options.size_field, options.size);
   run.angle = options.angle;
   run.budget_seconds = options.budget;
-  if (options.budget) run.steps = 1;
+  if (options.budget && !options.outputs.of_steps()) run.steps = 1;
   if (options.steps) run.steps = options.steps;
   run.cells = options.cells;
   run.strict = options.strict;
@@ -82,6 +97,8 @@ supersteps::RunOptions run_options(const Options& options) {
   run.contacts = options.contacts;
   run.snapshot = options.snapshot;
   run.interrupted = options.stop;
+  run.collect = collect_of(options.collect);
+  api::ask_for(options.outputs, options.outputs_only, run);
   return run;
 }
 

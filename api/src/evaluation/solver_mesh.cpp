@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "bsp2/io/files/file.hpp"
-#include "bsp2/model/msh/size_field.hpp"
 #include "evaluation/result.hpp"
 #include "evaluation/run_options.hpp"
 
@@ -36,10 +35,6 @@ void check(const SolverMeshOptions& options) {
 }
 
 }  // namespace
-
-std::vector<std::array<double, 4>> read_size_field(const std::filesystem::path& path) {
-  return guarded([&] { return model::read_size_field(path); });
-}
 
 SolverMesh Result::solver_mesh(const SolverMeshOptions& options) const {
   return guarded([&] {

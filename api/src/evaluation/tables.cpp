@@ -3,8 +3,8 @@
 #include <string>
 #include <utility>
 
-#include "evaluation/ranks.hpp"
-#include "evaluation/run_options.hpp"
+#include "bsp2/api/evaluation/ranks.hpp"
+#include "bsp2/api/evaluation/run_options.hpp"
 
 namespace bsp2 {
 namespace {

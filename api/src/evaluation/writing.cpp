@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "bsp2/api/report/report_json.hpp"
-#include "bsp2/geometry/support/counted.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/surface.hpp"
@@ -14,70 +14,35 @@
 #include "bsp2/supersteps/stages/collection.hpp"
 #include "evaluation/result.hpp"
 #include "expression/node.hpp"
+#include "outputs/film.hpp"
+#include "outputs/pictures.hpp"
 
 namespace bsp2 {
-namespace {
-
-/// What a name stands for. @throws Error that tells which ones there are.
-template <typename Value>
-Value named(const std::map<std::string, Value>& names, const std::string& name, const char* what) {
-  if (const auto found = names.find(name); found != names.end()) return found->second;
-  std::string all;
-  for (const auto& each : names) all += (all.empty() ? "" : ", ") + each.first;
-  throw Error("a picture has no " + std::string(what) + " '" + name + "'; there are " + all);
-}
-
-supersteps::PictureOptions picture_options(const View& view, supersteps::PictureFormat format) {
-  using supersteps::Edges;
-  using supersteps::Shade;
-  static const std::map<std::string, Shade> shades = {
-      {"color", Shade::colour},  {"colour", Shade::colour}, {"part", Shade::part},  {"rank", Shade::rank},
-      {"region", Shade::region}, {"label", Shade::label},   {"level", Shade::level}};
-  static const std::map<std::string, Edges> edges = {
-      {"none", Edges::none}, {"feature", Edges::feature}, {"cells", Edges::cells}};
-  constexpr int largest = 20000;
-  if (view.width < 1 || view.height < 1 || view.width > largest || view.height > largest)
-    throw Error("a picture of " + std::to_string(view.width) + " x " +
-                counted(view.height, "# pixel[s] cannot be drawn; 1 to ") + std::to_string(largest) +
-                " are possible");
-  if (view.eye && view.look && *view.eye == *view.look)
-    throw Error("eye and look are the same point: the picture needs a direction");
-  supersteps::PictureOptions options;
-  options.format = format;
-  options.width = view.width;
-  options.height = view.height;
-  options.shade = named(shades, view.shade, "shade");
-  options.edges = named(edges, view.edges, "edges");
-  options.legend = view.legend;
-  options.axes = view.axes;
-  options.transparent = view.transparent;
-  options.eye = view.eye;
-  options.look = view.look;
-  options.explode = view.explode;
-  return options;
-}
-
-supersteps::PictureFormat format_of(const std::filesystem::path& path) {
-  const auto format = supersteps::picture_format(path);
-  if (!format)
-    throw Error("there are no pictures of the format '" + path.string() + "'; png, svg and pdf are");
-  return *format;
-}
-
-}  // namespace
-
 std::string Result::Implementation::source() const {
   if (expression) return expression->to_text();
+  if (!model.empty()) return load(model).to_text();
   const io::SnapshotHead head = io::read_snapshot(*snapshot, io::SnapshotPart::head).head;
   return located(head.source, folder_named_in(head.source, head.model));
 }
 
 std::string Result::Implementation::picture(const std::string& format, const View& view) {
-  const auto options = picture_options(view, format_of("view." + format));
+  const auto options = api::picture_options(view, api::format_of("view." + format));
   check_cells("a picture");
   std::string bytes;
   ranks->ranks.together([&] { bytes = supersteps::render(ranks->ranks, result, options); });
   return bytes;
+}
+
+void Result::Implementation::animate(const std::filesystem::path& path, const Film& film, const View& view) {
+  if (film.count < 1 || !(film.rate >= 0.01 && film.rate <= 1000))
+    throw Error("an animation has pictures: count is 1 or more, rate from 0.01 to 1000 a second");
+  check_cells("an animation");
+  if (!ranks->ranks.is_master() || !result.is_collected)
+    throw Error("an animation is drawn by the master, if it has all cells: evaluate with Collect::master");
+  const auto looks = api::picture_options(view, supersteps::PictureFormat::png);
+  io::make_folder(io::folder_of(path));
+  if (!api::draw_film(film, looks, result, result.report.threads, geometry::Interruption::is_wanted, path))
+    throw geometry::Interrupted();
 }
 
 /// All cells in one file: a mesh whose only piece takes the name.
@@ -147,7 +112,7 @@ std::vector<std::string> Result::Implementation::write(const std::filesystem::pa
     if (is_mesh) result.report.simplices = supersteps::write_mesh(ranks->ranks, result, path, options.tets);
     if (picture) {
       const std::string bytes =
-          supersteps::render(ranks->ranks, result, picture_options(options.view, *picture));
+          supersteps::render(ranks->ranks, result, api::picture_options(options.view, *picture));
       ranks->ranks.agree([&] {
         if (ranks->ranks.is_master()) io::write_file(path, bytes);
       });

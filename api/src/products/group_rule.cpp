@@ -8,7 +8,7 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/expression/colour.hpp"
-#include "bsp2/model/expression/suggestion.hpp"
+#include "bsp2/geometry/support/suggestion.hpp"
 
 namespace bsp2::api {
 namespace {
@@ -80,7 +80,7 @@ class PredicateReader {
     const auto colour = model::colour_named(name);
     if (!colour)
       fail_with("'" + std::string(name) + "' is no colour: write a name of CSS or #rrggbb" +
-                model::suggestion(name, model::colour_names()));
+                suggestion(name, model::colour_names()));
     at_ += name.size();
     auto& bytes = rule_.colours.emplace_back();
     for (std::size_t i = 0; i < bytes.size(); ++i)
@@ -130,7 +130,7 @@ class PredicateReader {
   [[noreturn]] void fail_at_word(std::string_view word) const {
     static constexpr std::array<std::string_view, 5> known{"x", "y", "z", "colour", "angle"};
     fail_with("'" + std::string(word) + "' is none of x, y, z, colour and angle" +
-              model::suggestion(word, known));
+              suggestion(word, known));
   }
 
   Sign comparison() {

@@ -9,15 +9,16 @@
 namespace bsp2::api {
 namespace {
 
-class MeshCheck {
+class Checker {
  public:
-  explicit MeshCheck(const std::filesystem::path& path) : path_(path.string()) {
+  explicit Checker(const std::filesystem::path& path) : path_(path.string()) {
     if (path.extension() != ".msh")
       throw Error("'" + path_ + "' cannot be checked: meshes of gmsh can, whose files end in .msh");
     file_ = model::read_msh(path);
+    checked_.file = path;
   }
 
-  CheckedMesh run() {
+  MeshCheck run() {
     take_volumes();
     take_surfaces();
     mesh_.points = file_.points;
@@ -31,8 +32,8 @@ class MeshCheck {
   const std::string path_;
   model::MshFile file_;
   meshing::Tetrahedra mesh_;
-  CheckedMesh checked_;
-  MeshSummary& summary_ = checked_.summary;
+  MeshCheck checked_;
+  MeshFigures& summary_ = checked_.figures;
 
   /// @param kind of groups without a name.
   static std::string name_of(const model::MshFile::Key& key, const model::MshFile::Group& group,
@@ -73,7 +74,7 @@ class MeshCheck {
     summary_.cells = mesh_.tetrahedra.size();
     summary_.points = mesh_.points.size();
     const meshing::Quality quality = meshing::quality_of(mesh_);
-    summary_.take(quality);
+    add_quality(quality, summary_);
     if (quality.turned > 0)
       checked_.faults.push_back(counted(quality.turned, "# tetrahedr[on is|a are] flat or turned over"));
   }
@@ -112,6 +113,6 @@ class MeshCheck {
 
 }  // namespace
 
-CheckedMesh check_solver_mesh(const std::filesystem::path& path) { return MeshCheck(path).run(); }
+MeshCheck checked_mesh(const std::filesystem::path& path) { return Checker(path).run(); }
 
 }  // namespace bsp2::api

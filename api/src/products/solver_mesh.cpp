@@ -20,7 +20,7 @@
 #include "bsp2/meshing/sizes/size_field.hpp"
 #include "bsp2/meshing/tetrahedra/dual.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
-#include "bsp2/model/expression/suggestion.hpp"
+#include "bsp2/geometry/support/suggestion.hpp"
 
 namespace bsp2::api {
 namespace {
@@ -146,7 +146,7 @@ class SolverMeshMaker {
   const supersteps::RunResult& result_;
   const std::string dashes_;
   MadeSolverMesh made_;
-  MeshSummary& summary_ = made_.summary;
+  MeshFigures& summary_ = made_.summary;
   io::SolverMesh& mesh_ = made_.mesh;
   const meshing::SizeField field_ = field_of(options_.size_field);
   std::optional<meshing::Groups> groups_;
@@ -263,7 +263,7 @@ class SolverMeshMaker {
       const auto found = std::find(result_.part_names.begin(), result_.part_names.end(), name);
       if (found == result_.part_names.end())
         throw Error(dashes_ + "part-size: the model has no part '" + name + "'" +
-                    model::suggestion(name, std::vector<std::string_view>(result_.part_names.begin(),
+                    suggestion(name, std::vector<std::string_view>(result_.part_names.begin(),
                                                                           result_.part_names.end())));
       sizes[static_cast<std::size_t>(found - result_.part_names.begin())] = size;
     }
@@ -309,7 +309,7 @@ class SolverMeshMaker {
   void tell_quality() {
     const meshing::Quality quality = meshing::quality_of(mesh_.tetrahedra);
     if (quality.turned > 0) throw std::runtime_error("a tetrahedron is turned over, against all care");
-    summary_.take(quality);
+    add_quality(quality, summary_);
   }
 
   void count() {
@@ -364,14 +364,14 @@ class SolverMeshMaker {
 
 }  // namespace
 
-void MeshSummary::take(const meshing::Quality& quality) {
-  smallest_angle = quality.smallest_angle;
-  largest_angle = quality.largest_angle;
-  mean_smallest_angle = quality.mean_smallest_angle;
-  smallest_aspect = quality.smallest_aspect;
-  mean_aspect = quality.mean_aspect;
-  histogram = quality.histogram;
-  below = quality.tetrahedra_below;
+void add_quality(const meshing::Quality& quality, MeshFigures& figures) {
+  figures.smallest_angle = quality.smallest_angle;
+  figures.largest_angle = quality.largest_angle;
+  figures.mean_smallest_angle = quality.mean_smallest_angle;
+  figures.smallest_aspect = quality.smallest_aspect;
+  figures.mean_aspect = quality.mean_aspect;
+  figures.histogram = quality.histogram;
+  figures.below = quality.tetrahedra_below;
 }
 
 std::shared_ptr<const meshing::SizeField> tolerance_shares(

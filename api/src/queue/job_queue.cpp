@@ -1,9 +1,9 @@
 #include <cmath>
 #include <utility>
 
+#include "bsp2/api/evaluation/ranks.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
-#include "evaluation/ranks.hpp"
-#include "evaluation/run_options.hpp"
+#include "bsp2/api/evaluation/run_options.hpp"
 #include "queue/claim.hpp"
 #include "queue/queue.hpp"
 

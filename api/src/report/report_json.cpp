@@ -9,6 +9,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// A path need not be UTF-8, a JSON text must.
+std::string text_of(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 Json superstep(const supersteps::SuperstepRecord& record) {
   return {{"name", record.name},
           {"step", record.step},
@@ -75,9 +80,46 @@ Json overlapping(const supersteps::OverlappingMesh& mesh) {
   return json;
 }
 
+Json described(const MeshFigures& summary) {
+  Json mesh;
+  mesh["type"] = summary.polyhedra ? "polyhedra" : "tetrahedra";
+  mesh["cells"] = summary.cells;
+  mesh["points"] = summary.points;
+  mesh["faces"] = summary.faces;
+  mesh["outer_faces"] = summary.outer_faces;
+  mesh["volume"] = summary.volume;
+  for (const auto& [name, volume] : summary.volumes) mesh["volumes"][name] = volume;
+  mesh["groups"] = Json::object();
+  for (const auto& [name, faces] : summary.groups) mesh["groups"][name] = faces;
+  if (summary.polyhedra) return mesh;
+  mesh["dihedral_angles"] = {{"smallest", summary.smallest_angle},
+                             {"largest", summary.largest_angle},
+                             {"mean_smallest", summary.mean_smallest_angle},
+                             {"below_1", summary.below[0]},
+                             {"below_5", summary.below[1]},
+                             {"below_10", summary.below[2]},
+                             {"histogram", summary.histogram}};
+  mesh["aspect"] = {{"smallest", summary.smallest_aspect}, {"mean", summary.mean_aspect}};
+  return mesh;
+}
+
+/// How it was made, too.
+Json made(const MeshFigures& mesh) {
+  Json json = described(mesh);
+  if (!mesh.polyhedra) {
+    json["size"] = mesh.size;
+    json["clean"] = mesh.clean;
+    json["moved_corners"] = mesh.moved_points;
+    json["largest_move"] = mesh.largest_move;
+    json["taken_away"] = mesh.taken_away;
+  }
+  json["seconds"] = {{"complex", mesh.seconds_of_cells}, {"shape", mesh.seconds_of_shape}};
+  return json;
+}
+
 }  // namespace
 
-std::string to_json(const supersteps::RunReport& report) {
+std::string to_json(const supersteps::RunReport& report, const MeshFigures* mesh) {
   Json json;
   json["model"] = report.model;
   json["dimension"] = report.dimension;
@@ -132,8 +174,30 @@ std::string to_json(const supersteps::RunReport& report) {
   for (const auto& failed : report.failed) json["failed"].push_back(failed.text);
   json["overlapping_meshes"] = Json::array();
   for (const auto& mesh : report.overlapping_meshes) json["overlapping_meshes"].push_back(overlapping(mesh));
-  // A path need not be UTF-8, a JSON text must.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (mesh != nullptr) json["solver_mesh"] = made(*mesh);
+  return text_of(json);
+}
+
+std::string to_json(const MeshCheck& check) {
+  Json json{{"file", check.file.string()}};
+  json["solver_mesh"] = described(check.figures);
+  json["solver_mesh"]["overused_faces"] = check.figures.overused_faces;
+  json["faults"] = check.faults;
+  json["notes"] = check.notes;
+  return text_of(json);
+}
+
+std::string to_csv(const std::vector<supersteps::SuperstepRecord>& records) {
+  std::string text =
+      "superstep,step,rank,seconds,work_seconds,hidden_seconds,bytes_sent,bytes_received,hidden_bytes,cells,"
+      "predicted_seconds\n";
+  for (const supersteps::SuperstepRecord& record : records)
+    for (std::size_t rank = 0; rank < record.seconds.size(); ++rank)
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", record.name, record.step, rank,
+                          record.seconds[rank], record.work_seconds[rank], record.hidden_seconds[rank],
+                          record.bytes_sent[rank], record.bytes_received[rank], record.hidden_bytes[rank],
+                          record.cells[rank], record.predicted_seconds);
+  return text;
 }
 
 }  // namespace bsp2::api

@@ -10,8 +10,8 @@
 #include <sstream>
 #include <system_error>
 
+#include "bsp2/error.hpp"
 #include "bsp2/geometry/support/counted.hpp"
-#include "bsp2/geometry/support/error.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -21,24 +21,18 @@ constexpr double farthest = 1e150;
 
 constexpr const char* label_names[] = {"OUT", "IN", "FUZZY"};
 
-/// Negative in the solid.
-double signed_distance(const supersteps::Answer& answer) {
-  return answer.label == geometry::Label::in ? -answer.distance : answer.distance;
-}
-
 std::string column(const char* name, int axis, int dimension) {
   return dimension <= 3 ? fmt::format("{}{}", name, "xyz"[axis]) : fmt::format("{}x{}", name, axis + 1);
 }
 
 /// Empty where it has none.
-std::string name_of(const supersteps::Answer& answer, const std::vector<std::string>& part_names) {
-  return answer.part >= 0 && static_cast<std::size_t>(answer.part) < part_names.size()
-             ? part_names[static_cast<std::size_t>(answer.part)]
+std::string name_of(std::int32_t part, const std::vector<std::string>& part_names) {
+  return part >= 0 && static_cast<std::size_t>(part) < part_names.size()
+             ? part_names[static_cast<std::size_t>(part)]
              : "";
 }
 
-void print_table(std::ostream& out, std::span<const double> points,
-                 const std::vector<supersteps::Answer>& answers, std::size_t d,
+void print_table(std::ostream& out, std::span<const double> points, const Locations& answers, std::size_t d,
                  const std::vector<std::string>& part_names) {
   const int dimension = static_cast<int>(d);
   std::string text;
@@ -47,31 +41,29 @@ void print_table(std::ostream& out, std::span<const double> points,
   for (int axis = 0; axis < dimension; ++axis) text += "\t" + column("nearest_", axis, dimension);
   if (!part_names.empty()) text += "\tname";
   out << text << '\n';
-  for (std::size_t i = 0; i < answers.size(); ++i) {
+  for (std::size_t i = 0; i < answers.labels.size(); ++i) {
     text.clear();
     for (std::size_t axis = 0; axis < d; ++axis) text += fmt::format("{}\t", points[i * d + axis]);
-    const supersteps::Answer& answer = answers[i];
-    text += fmt::format("{}\t{}\t{}\t{}", label_names[static_cast<int>(answer.label)], answer.primitive,
-                        answer.part, signed_distance(answer));
-    for (const double x : answers[i].nearest) text += fmt::format("\t{}", x);
-    if (!part_names.empty()) text += "\t" + name_of(answer, part_names);
+    text += fmt::format("{}\t{}\t{}\t{}", label_names[answers.labels[i]], answers.primitives[i],
+                        answers.parts[i], answers.distances[i]);
+    for (const double x : std::span(answers.nearest).subspan(i * d, d)) text += fmt::format("\t{}", x);
+    if (!part_names.empty()) text += "\t" + name_of(answers.parts[i], part_names);
     out << text << '\n';
   }
 }
 
-void print_json(std::ostream& out, std::span<const double> points,
-                const std::vector<supersteps::Answer>& answers, std::size_t d,
+void print_json(std::ostream& out, std::span<const double> points, const Locations& answers, std::size_t d,
                 const std::vector<std::string>& part_names) {
   auto all = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < answers.size(); ++i) {
-    const auto point = points.subspan(i * d, d);
+  for (std::size_t i = 0; i < answers.labels.size(); ++i) {
+    const auto point = points.subspan(i * d, d), nearest = std::span(answers.nearest).subspan(i * d, d);
     all.push_back({{"point", std::vector<double>(point.begin(), point.end())},
-                   {"label", label_names[static_cast<int>(answers[i].label)]},
-                   {"primitive", answers[i].primitive},
-                   {"part", answers[i].part},
-                   {"distance", signed_distance(answers[i])},
-                   {"nearest", answers[i].nearest}});
-    if (!part_names.empty()) all.back()["name"] = name_of(answers[i], part_names);
+                   {"label", label_names[answers.labels[i]]},
+                   {"primitive", answers.primitives[i]},
+                   {"part", answers.parts[i]},
+                   {"distance", answers.distances[i]},
+                   {"nearest", std::vector<double>(nearest.begin(), nearest.end())}});
+    if (!part_names.empty()) all.back()["name"] = name_of(answers.parts[i], part_names);
   }
   out << all.dump(1, ' ') << '\n';
 }
@@ -116,9 +108,8 @@ std::vector<double> read_points(const std::filesystem::path& path, int dimension
   return read_points(file, path.string(), dimension);
 }
 
-void print_answers(std::ostream& out, std::span<const double> points,
-                   const std::vector<supersteps::Answer>& answers, int dimension, bool json,
-                   const std::vector<std::string>& part_names) {
+void print_answers(std::ostream& out, std::span<const double> points, const Locations& answers, int dimension,
+                   bool json, const std::vector<std::string>& part_names) {
   if (json)
     print_json(out, points, answers, static_cast<std::size_t>(dimension), part_names);
   else

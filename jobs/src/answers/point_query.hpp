@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bsp2/supersteps/state/run_result.hpp"
+#include "bsp2/bsp2.hpp"
 
 namespace bsp2::jobs {
 
@@ -23,8 +23,7 @@ std::vector<double> read_points(const std::filesystem::path& path, int dimension
 /// The answers for people and spreadsheets: columns between tabs, under a line of their names; or as JSON,
 /// where a number that does not exist is null. The distance is negative in the solid. All digits.
 /// @param part_names of the model; where there are any, each answer has the name, too.
-void print_answers(std::ostream& out, std::span<const double> points,
-                   const std::vector<supersteps::Answer>& answers, int dimension, bool json,
-                   const std::vector<std::string>& part_names = {});
+void print_answers(std::ostream& out, std::span<const double> points, const Locations& answers, int dimension,
+                   bool json, const std::vector<std::string>& part_names = {});
 
 }  // namespace bsp2::jobs

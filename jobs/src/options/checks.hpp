@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "bsp2/model/expression/suggestion.hpp"
+#include "bsp2/geometry/support/suggestion.hpp"
 
 /// What an option or an argument may be. The text of a check follows the option's name in the message.
 namespace bsp2::jobs {
@@ -35,7 +35,7 @@ inline CLI::Validator is_one_of(std::vector<std::string> words) {
   return {[=](const std::string& text) -> std::string {
             if (std::find(words.begin(), words.end(), text) != words.end()) return {};
             return "must be " + spoken + ", not '" + text + "'" +
-                   model::suggestion(text, std::vector<std::string_view>(words.begin(), words.end()));
+                   suggestion(text, std::vector<std::string_view>(words.begin(), words.end()));
           },
           "{" + list + "}"};
 }

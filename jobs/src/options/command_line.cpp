@@ -7,12 +7,9 @@
 #include <ostream>
 #include <span>
 
-#include "bsp2/api/products/solver_mesh.hpp"
-#include "bsp2/geometry/support/error.hpp"
-#include "bsp2/io/outputs/surface.hpp"
-#include "bsp2/model/expression/csg.hpp"
 #include "options/checks.hpp"
 #include "options/drawing_options.hpp"
+#include "options/film_options.hpp"
 #include "options/help.hpp"
 #include "options/mesh_options.hpp"
 #include "options/picture_options.hpp"
@@ -201,7 +198,7 @@ CLI::Option* add_list_formats_option(CLI::App& app, Raw& raw) {
 
 CLI::Option* add_clean_option(CLI::App& app, RunCommand& command) {
   return app
-      .add_option("--clean", command.clean,
+      .add_option("--clean", command.options.outputs.clean,
                   "surfaces without shorter edges, thinner triangles;\n0: as they are (default: what the "
                   "format\ntells "
                   "apart)")
@@ -217,7 +214,8 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
            "DIR")
       ->group(group);
   app.add_flag("--vtu", raw.mesh, "write the cells as solid.pvtu (without -o: here)")->group(group);
-  app.add_flag("--tets", command.tets, "cut the cells into tetrahedra in solid.pvtu")->group(group);
+  app.add_flag("--tets", command.options.outputs.tets, "cut the cells into tetrahedra in solid.pvtu")
+      ->group(group);
   add_path(app, "--snapshot", raw.snapshot, "write the state of the run, after each step", "FILE.h5")
       ->group(group);
   app.add_option("--boundary", raw.boundaries,
@@ -250,7 +248,7 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->group(group);
   add_picture_options(app, raw.view);
   app.add_flag("--stats", command.stats, "print figures about the kernel's work")->group(group);
-  app.add_option("--timeout", command.timeout,
+  app.add_option("--timeout", command.options.timeout,
                  "end a run on several ranks if one of them gives no\n"
                  "sign of life for so long; 0: never (default: what\n"
                  "BSP2_TIMEOUT says, else 300)")
@@ -261,7 +259,7 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
 }
 
 void add_tables_options(CLI::App& app, RunCommand& command) {
-  add_input(app, "MODEL", command.options.model, "the model: a .csg or .scad file");
+  add_input(app, "MODEL", command.model, "the model: a .csg or .scad file");
   command.tables = {1, 2, 4, 8, 16};
   app.add_option("--regions", command.tables, "numbers of nodes (default: 1,2,4,8,16)")
       ->delimiter(',')
@@ -320,7 +318,7 @@ void add_mesh_command(CLI::App& app, RunCommand& command, Raw& raw) {
       "On several ranks the cells are computed by all and meshed by the first one.");
 }
 
-void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& keep) {
+void set_kept(Options& options, const std::vector<std::string>& keep) {
   if (keep.empty()) return;
   const auto named = [&](const char* label) {
     return std::find(keep.begin(), keep.end(), label) != keep.end();
@@ -336,26 +334,26 @@ bool is_only_shown(const Raw& raw) {
 }
 
 void set_pictures(RunCommand& command, const Raw& raw) {
+  Outputs& outputs = command.options.outputs;
   // An eye of other than three dimensions is not that of a picture.
   PictureText view = raw.view;
   if (!command.options.eye.empty() && command.options.eye.size() != 3) view.eye.clear();
-  command.view = picture_options(view);
-  if (!raw.picture.empty()) command.picture = raw.picture;
-  if (!raw.rendered.empty()) command.picture = raw.rendered;
-  if (!raw.rendered.empty()) command.film = film_command(raw.film, raw.view.explode, raw.rendered);
-  if (command.film) command.options.collect = supersteps::Collect::master;  // which draws it
-  if (!command.film && raw.view.explode.find(':') != std::string::npos)
+  outputs.view = view_of(view);
+  if (!raw.picture.empty()) outputs.picture = raw.picture;
+  if (!raw.rendered.empty()) outputs.picture = raw.rendered;
+  if (!raw.rendered.empty()) outputs.film = film_of(raw.film, raw.view.explode, raw.rendered);
+  if (!outputs.film && raw.view.explode.find(':') != std::string::npos)
     throw Error("--explode: a range is for animations, which 'bsp2 render' makes; here it is one number");
-  if (command.picture && !command.film)
-    command.view.format = checked_format(*command.picture, raw.rendered.empty() ? "--picture" : "-o");
-  if (!raw.frames.empty()) command.frames = raw.frames;
-  if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() &&
+  if (outputs.picture && !outputs.film)
+    check_picture(*outputs.picture, raw.rendered.empty() ? "--picture" : "-o");
+  if (!raw.frames.empty()) outputs.frames = raw.frames;
+  if (is_given(raw.view) && !outputs.picture && !outputs.frames && raw.folder.empty() &&
       command.options.eye.empty())
     throw Error(
         std::string("nothing is drawn: the options of pictures need --picture, --frames or -o DIR") +
         (raw.view.eye.empty() ? "" : "; what is refined from an --eye needs --angle or --order view") +
         " (see 'bsp2 run --help')");
-  if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank)
+  if (!raw.rendered.empty() && outputs.view.shade == "rank")
     throw Error(
         "--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, "
         "with 'bsp2 run --picture'");
@@ -363,119 +361,130 @@ void set_pictures(RunCommand& command, const Raw& raw) {
 
 /// Steps of their own, for what is shown of each.
 void set_steps(RunCommand& command, const Raw& raw) {
+  Outputs& outputs = command.options.outputs;
   if (!raw.series.empty()) {
-    command.series = raw.series;
-    if (command.series->extension() != ".pvd") throw Error("--series: '" + raw.series + "' must end in .pvd");
+    outputs.series = raw.series;
+    if (outputs.series->extension() != ".pvd") throw Error("--series: '" + raw.series + "' must end in .pvd");
   }
-  if (command.shows_steps() && !command.options.budget_seconds) command.options.budget_seconds = 1;
+  if (outputs.of_steps() && !command.options.budget) command.options.budget = 1;
 }
 
-void set_export(RunCommand& command, const std::filesystem::path& path) {
+void set_export(Outputs& outputs, const std::filesystem::path& path) {
   if (path.extension() == ".pvtu")
-    command.mesh = path;
-  else if (io::surface_format(path) != nullptr)
-    command.boundaries = {path};
+    outputs.cells = path;
+  else if (file_format(path).surface)
+    outputs.surfaces = {path};
   else
-    throw Error("-o: '" + path.string() + "' must end in .pvtu (the cells), or in " + io::surface_endings() +
+    throw Error("-o: '" + path.string() + "' must end in .pvtu (the cells), or in " + endings().surfaces +
                 " (their surface)");
-  if (command.tets && !command.mesh) throw Error("--tets: only .pvtu files have cells");
+  if (outputs.tets && !outputs.cells) throw Error("--tets: only .pvtu files have cells");
 }
 
 bool asks_for_colours(const Raw& raw) { return raw.parts == "colour" || raw.parts == "color"; }
 
-RunCommand finished(RunCommand command, const Raw& raw) {
-  set_kept(command.options, raw.keep);
-  command.options.parts_by_colour = asks_for_colours(raw);
-  if (raw.order == "priority" || raw.order == "view") command.options.order = supersteps::Order::priority;
+void set_eye(RunCommand& command, const Raw& raw) {
   const std::string& eye = command.viewer ? raw.view_eye : raw.view.eye;
-  if ((raw.order == "view" && !command.viewer) || command.options.angle) {
-    if (eye.empty())
-      throw Error(std::string(raw.order == "view" ? "--order view" : "--angle") +
-                  ": add --eye X,Y,Z, from where the model is looked at");
-    command.options.eye = eye_of(eye);
+  const bool is_by_view = raw.order == "view" && !command.viewer;
+  if (!is_by_view && !command.options.angle) return;
+  if (eye.empty())
+    throw Error(std::string(raw.order == "view" ? "--order view" : "--angle") +
+                ": add --eye X,Y,Z, from where the model is looked at");
+  command.options.eye = eye_of(eye);
+}
+
+void set_surfaces(Options& options, const Raw& raw) {
+  for (const std::string& file : raw.boundaries) {
+    if (!file_format(file).surface)
+      throw Error("--boundary: '" + file + "' must end in " + endings().surfaces);
+    if (!options.keep_in) throw Error("--boundary is the surface of the IN cells: add --keep in");
+    options.outputs.surfaces.emplace_back(file);
   }
-  if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
+}
+
+/// What -o names; names that are given otherwise stay.
+void set_folder(Options& options, const Raw& raw) {
+  if (file_format(raw.folder).surface)
+    throw Error("-o: '" + raw.folder + "' would be a folder; the surface is written with --boundary FILE");
+  Outputs& outputs = options.outputs;
+  const std::filesystem::path folder = raw.folder;
+  outputs.folder = folder;
+  outputs.cells = folder / Outputs::cells_name;
+  if (options.snapshot && raw.snapshot.empty())
+    outputs.snapshot = folder / Outputs::snapshot_name;  // it keeps up what it resumes
+  if (!options.snapshot) {
+    options.snapshot = folder / Outputs::snapshot_name;
+    if (options.budget && !options.steps && !outputs.of_steps()) options.steps = 1;  // as without -o
+  }
+  if (outputs.surfaces.empty() && options.keep_in) outputs.surfaces = {folder / Outputs::surface_name};
+  if (!outputs.picture) outputs.picture = folder / Outputs::picture_name;
+  if (!outputs.report) outputs.report = folder / Outputs::report_name;
+}
+
+void set_solver_mesh(RunCommand& command, const Raw& raw) {
+  command.options.outputs.solver_mesh = mesh_output_of(raw.solver_mesh);
+  const std::filesystem::path input = raw.solver_mesh.input;
+  if (input.extension() == ".h5") {
+    command.resume = input;
+    command.options.steps = 0;
+  } else {
+    command.model = input;
+    const SolverMeshOptions& mesh = command.options.outputs.solver_mesh->mesh;
+    command.options.size_field = mesh.size_field;
+    if (mesh.size.value_or(0) > 0) command.options.size = mesh.size;
+  }
+}
+
+/// Whether a surface may be found without cells: nothing that shows them is asked for, nor says how many.
+bool is_surface_alone(const RunCommand& command, const Raw& raw) {
+  const Options& options = command.options;
+  const Outputs& outputs = options.outputs;
+  const bool has_limits = options.level || options.budget || options.cells || options.steps ||
+                          options.angle || options.tolerance || options.regions;
+  return !outputs.surfaces.empty() && !outputs.cells && !outputs.picture && !outputs.of_steps() &&
+         !command.points && !options.snapshot && !command.resume && raw.keep.empty() && !has_limits;
+}
+
+RunCommand finished(RunCommand command, const Raw& raw) {
+  Options& options = command.options;
+  Outputs& outputs = options.outputs;
+  set_kept(options, raw.keep);
+  options.parts_by_colour = asks_for_colours(raw);
+  if (raw.order == "priority" || raw.order == "view") options.order = Order::priority;
+  set_eye(command, raw);
+  if (!raw.budget.empty()) options.budget = parse_seconds(raw.budget);
   if (command.viewer) {
     finish_view_command(command, raw.order, raw.view_eye);
     return command;
   }
-  for (const std::string& file : raw.boundaries) {
-    if (io::surface_format(file) == nullptr)
-      throw Error("--boundary: '" + file + "' must end in " + io::surface_endings());
-    if (!command.options.keep_in) throw Error("--boundary is the surface of the IN cells: add --keep in");
-    command.boundaries.emplace_back(file);
-  }
+  set_surfaces(options, raw);
   set_pictures(command, raw);
   set_steps(command, raw);
-  if (!raw.report.empty()) command.report = raw.report;
+  if (!raw.report.empty()) outputs.report = raw.report;
   if (!raw.snapshot.empty())
-    command.options.snapshot = raw.snapshot;
-  else if (command.options.resume && !is_only_shown(raw))
-    command.options.snapshot = command.options.resume;
-  if (!raw.table.empty()) command.table = raw.table;
-  if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
-  if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
-  if (raw.collect == "file") command.options.collect = supersteps::Collect::file;
-  if (raw.mesh) command.mesh = mesh_name;
-  if (!raw.exported.empty()) set_export(command, raw.exported);
+    options.snapshot = raw.snapshot;
+  else if (command.resume && !is_only_shown(raw))
+    options.snapshot = command.resume;
+  if (!raw.table.empty()) outputs.table = raw.table;
+  if (raw.collect == "master") options.collect = Collect::master;
+  if (raw.collect == "tree") options.collect = Collect::tree;
+  if (raw.collect == "file") options.collect = Collect::file;
+  if (raw.mesh) outputs.cells = Outputs::cells_name;
+  if (!raw.exported.empty()) set_export(outputs, raw.exported);
   if (!raw.points.empty()) command.points = raw.points;
   if (is_only_shown(raw)) {
-    command.options.steps = 0;  // nothing is computed, only shown as it is
+    options.steps = 0;  // nothing is computed, only shown as it is
     command.quiet = true;
   }
-  if (!raw.folder.empty()) {
-    command.folder = raw.folder;
-    if (io::surface_format(raw.folder) != nullptr)
-      throw Error("-o: '" + raw.folder + "' would be a folder; the surface is written with --boundary FILE");
-    command.mesh = *command.folder / mesh_name;
-    if (command.options.snapshot && raw.snapshot.empty())
-      command.snapshot_copy = *command.folder / snapshot_name;  // it keeps up what it resumes
-    if (!command.options.snapshot) {
-      command.options.snapshot = *command.folder / snapshot_name;
-      if (command.options.budget_seconds && !command.options.steps && !command.shows_steps())
-        command.options.steps = 1;  // as without -o
-    }
-    if (command.boundaries.empty() && command.options.keep_in)
-      command.boundaries = {*command.folder / boundary_name};
-    if (!command.picture) command.picture = *command.folder / picture_name;
-    if (!command.report) command.report = *command.folder / report_name;
-  }
+  if (!raw.folder.empty()) set_folder(options, raw);
   if (raw.solver_mesh.check) {
     command.checked_mesh = raw.solver_mesh.input;
     return command;
   }
-  if (!raw.solver_mesh.input.empty()) {
-    command.solver_mesh = mesh_command(raw.solver_mesh);
-    const std::filesystem::path input = raw.solver_mesh.input;
-    if (input.extension() == ".h5") {
-      command.options.resume = input;
-      command.options.steps = 0;
-    } else {
-      command.options.model = input;
-      const SolverMeshOptions& mesh = command.solver_mesh->options;
-      command.options.tolerance_shares = api::tolerance_shares(mesh.size_field, mesh.size);
-    }
-    command.options.collect = supersteps::Collect::master;
-    command.options.can_be_asked = true;
-  }
-  if (command.tets && !command.mesh && !command.series)
+  if (!raw.solver_mesh.input.empty()) set_solver_mesh(command, raw);
+  if (outputs.tets && !outputs.cells && !outputs.series)
     throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
-  command.options.boundary = !command.boundaries.empty();
-  command.options.faces =
-      std::any_of(command.boundaries.begin(), command.boundaries.end(),
-                  [](const std::filesystem::path& file) { return io::surface_format(file)->has_faces; });
-  command.options.outlines =
-      std::any_of(command.boundaries.begin(), command.boundaries.end(),
-                  [](const std::filesystem::path& file) { return io::surface_format(file)->is_plane; });
-  const auto& options = command.options;
-  const bool has_limits = options.level || options.budget_seconds || options.cells || options.steps ||
-                          options.angle || options.tolerance || options.regions;
-  command.options.surface_only = options.boundary && !command.mesh && !command.picture &&
-                                 !command.shows_steps() && !command.points && !options.snapshot &&
-                                 !options.resume && raw.keep.empty() && !has_limits;
-  command.options.traces_boundary = options.boundary;
-  command.options.collect_cells = command.mesh || options.boundary || command.picture ||
-                                  command.shows_steps() || command.points || command.solver_mesh;
+  options.surface_only = is_surface_alone(command, raw);
+  if (command.points) options.collect = Collect::master;  // who is asked
   return command;
 }
 
@@ -493,13 +502,13 @@ std::string suggested_option(const CLI::App& app, const std::string& word) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options())
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  return model::suggestion(word.substr(0, word.find('=')),
-                           std::vector<std::string_view>(names.begin(), names.end()));
+  return suggestion(word.substr(0, word.find('=')),
+                    std::vector<std::string_view>(names.begin(), names.end()));
 }
 
 std::string suggested_command(const CLI::App& app, const std::string& word) {
   const std::vector<std::string> names = command_names(app);
-  return model::suggestion(word, std::vector<std::string_view>(names.begin(), names.end()));
+  return suggestion(word, std::vector<std::string_view>(names.begin(), names.end()));
 }
 
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
@@ -584,19 +593,19 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   app.set_help_all_flag("--help-all", "Print help with all options");
   app.require_subcommand(1);
   CLI::App* run = app.add_subcommand("run", "Evaluate a model");
-  add_input(*run, "MODEL", command.options.model, "the model: a .csg or .scad file");
+  add_input(*run, "MODEL", command.model, "the model: a .csg or .scad file");
   add_model_options(*run, command, raw);
   add_work_options(*run, command, raw);
   add_output_options(*run, command, raw);
   CLI::App* resume = app.add_subcommand("resume", "Go on with a run that was stopped");
-  add_input(*resume, "SNAPSHOT", command.options.resume, "what --snapshot wrote; kept up to date");
+  add_input(*resume, "SNAPSHOT", command.resume, "what --snapshot wrote; kept up to date");
   add_work_options(*resume, command, raw);
   add_output_options(*resume, command, raw);
   resume->footer("Ends with the cells of an uninterrupted run, whatever the number of threads\nand stops.");
   CLI::App* info = app.add_subcommand("info", "Tell what a snapshot holds");
   add_input(*info, "SNAPSHOT", command.info, "what --snapshot wrote");
   CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot, or their surface");
-  add_input(*exported, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
+  add_input(*exported, "SNAPSHOT", command.resume, "what --snapshot wrote");
   add_path(*exported, "-o,--output", raw.exported,
            ".pvtu: the cells, FUZZY where nothing is decided\nyet; else the surface of the IN cells, as the "
            "ending\nsays (see --list-formats)",
@@ -604,9 +613,9 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
       ->required();
   add_clean_option(*exported, command);
   add_list_formats_option(*exported, raw);
-  exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
+  exported->add_flag("--tets", command.options.outputs.tets, "cut the cells into tetrahedra in a .pvtu");
   CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
-  add_input(*rendered, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
+  add_input(*rendered, "SNAPSHOT", command.resume, "what --snapshot wrote");
   add_path(*rendered, "-o,--output", raw.rendered, "the picture: .png, .svg or .pdf; or an animation", "FILE")
       ->required();
   add_picture_options(*rendered, raw.view);
@@ -622,7 +631,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   add_work_options(*view, command, raw);
   describe_for_view(*view);
   CLI::App* queried = app.add_subcommand("query", "Tell where points are, and how far from the surface");
-  add_input(*queried, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
+  add_input(*queried, "SNAPSHOT", command.resume, "what --snapshot wrote");
   add_path(*queried, "--points", raw.points,
            "a text with the coordinates of a point on each line;\n-: standard input", "FILE")
       ->required();
@@ -667,8 +676,8 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
     if (error.get_exit_code() != 0) fail(error, app);
     if (raw.list_formats) {
       out << "Written (--boundary FILE):\n\n"
-          << io::surface_format_table() << "\nRead (as the model, or by import()):\n\n"
-          << model::import_format_table();
+          << surface_format_table() << "\nRead (as the model, or by import()):\n\n"
+          << import_format_table();
       return std::nullopt;
     }
     app.exit(error, out, out);  // help or version
@@ -678,8 +687,10 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   if (!tables->parsed()) command.tables.clear();
   choose_queue_command(queue, command);
   choose_view_command(*view, command, raw.viewed);
+  command.options.dashes = "--";
+  command.options.stop_gently = true;
   if (!draw->parsed()) {
-    command.drawing.reset();
+    command.options.outputs.drawing.reset();
     return finished(std::move(command), raw);
   }
   command.options.parts_by_colour = asks_for_colours(raw);

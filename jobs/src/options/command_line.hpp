@@ -8,35 +8,20 @@
 #include <string>
 #include <vector>
 
-#include "bsp2/drawing/sheets/drawing.hpp"
-#include "bsp2/supersteps/render/rendering.hpp"
-#include "bsp2/supersteps/state/run_options.hpp"
-#include "options/film_options.hpp"
-#include "options/mesh_options.hpp"
+#include "bsp2/bsp2.hpp"
 
 namespace bsp2::jobs {
-
-/// What -o calls its files.
-inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundary.stl",
-                            *picture_name = "view.png", *snapshot_name = "snapshot.h5",
-                            *report_name = "report.json";
 
 /// What `view` was asked for.
 struct ViewCommand {
   std::string address = "127.0.0.1";  ///< that is listened to, as numbers
   std::uint16_t port = 0;             ///< 0: one that is free
   bool open = false, stay = false;
-  std::uint64_t triangles = 1500000;       ///< that are sent of cells, and of a surface
-  std::optional<double> budget;            ///< seconds between two pictures
-  std::optional<supersteps::Order> order;  ///< none: the largest first, and soon depth first
-  bool follows_eye = false;                ///< what looks largest from where a page looks is refined first
-  std::vector<double> eye;                 ///< of the page at first; empty: by the model
-};
-
-/// `draw`: to which files, and what.
-struct DrawCommand {
-  std::vector<std::filesystem::path> files;
-  drawing::DrawingOptions options;
+  std::uint64_t triangles = 1500000;  ///< that are sent of cells, and of a surface
+  std::optional<double> budget;       ///< seconds between two pictures
+  std::optional<Order> order;         ///< none: the largest first, and soon depth first
+  bool follows_eye = false;           ///< what looks largest from where a page looks is refined first
+  std::vector<double> eye;            ///< of the page at first; empty: by the model
 };
 
 /// What `jobs` was asked for.
@@ -54,33 +39,20 @@ struct QueueCommand {
 /// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,
 /// `render`, `query` and `draw`; or `info`.
 struct RunCommand {
-  std::optional<std::filesystem::path> info;  ///< tell what this snapshot holds, and nothing else
-  supersteps::RunOptions options;
-  std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
-  std::optional<std::filesystem::path> mesh, picture, report;  ///< also those that -o names
-  std::optional<double> clean;                                 ///< of surfaces: edges shorter than this go
-  std::vector<std::filesystem::path> boundaries;               ///< likewise: the surface, in several formats
-  std::optional<std::filesystem::path> snapshot_copy;  ///< resume -o: where the snapshot goes too, at the end
-  std::optional<std::filesystem::path> table;          ///< the supersteps as CSV
-  supersteps::PictureOptions view;                     ///< of the picture and the frames
-  std::optional<FilmCommand> film;                     ///< the picture is an animation
-  std::optional<std::filesystem::path> frames;         ///< a picture of each step, under this prefix
-  std::optional<std::filesystem::path> series;         ///< `.pvd`: the mesh of each step, over time
-  std::optional<std::filesystem::path> points;         ///< tell where these points are, and nothing else
-  std::optional<DrawCommand> drawing;                  ///< draw, and nothing else
-  bool json = false;                                   ///< and tell it as JSON
-  std::optional<double> timeout;                       ///< seconds that a rank may be silent; 0: for ever
-  bool tets = false, stats = false, quiet = false;
+  std::filesystem::path model;                  ///< what is evaluated
+  std::optional<std::filesystem::path> resume;  ///< or gone on with
+  Options options;                              ///< and how, with all that is written
+  std::optional<std::filesystem::path> info;    ///< tell what this snapshot holds, and nothing else
+  std::optional<std::filesystem::path> points;  ///< tell where these points are, and nothing else
+  bool json = false;                            ///< and tell it as JSON
+  bool stats = false, quiet = false;
+  std::optional<std::filesystem::path> checked_mesh;  ///< tell what this mesh is like, and nothing else
   std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
   bool brief = false;            ///< only the first of them
-  std::function<void(const std::filesystem::path&)> on_writing;  ///< called before a file is written
-  [[nodiscard]] bool shows_steps() const { return frames || series; }
-  std::optional<MeshCommand> solver_mesh;             ///< make a mesh for solvers, and nothing else
-  std::optional<std::filesystem::path> checked_mesh;  ///< tell what this mesh is like, and nothing else
+  std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model
   std::optional<QueueCommand>
       queue;  ///< work with a queue of jobs; to merge is to resume what they have found
   std::optional<ViewCommand> viewer;  ///< show the run in browsers, and again when its files are saved
-  std::vector<unsigned> levels;       ///< and these levels, then to the end; empty: chosen by the model
 };
 
 /// Reads the arguments of the program (its name left out).

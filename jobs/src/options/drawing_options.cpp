@@ -2,9 +2,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bsp2/api/products/drawings.hpp"
-#include "bsp2/geometry/support/error.hpp"
-#include "bsp2/io/outputs/sheet.hpp"
 #include "options/checks.hpp"
 
 namespace bsp2::jobs {
@@ -83,10 +80,10 @@ void add_sheet_options(CLI::App& app, DrawingText& text) {
 }  // namespace
 
 CLI::App* add_draw_command(CLI::App& app, RunCommand& command, DrawingText& text) {
-  command.drawing.emplace();
+  command.options.outputs.drawing.emplace();
   text.title.clear();
   CLI::App* draw = app.add_subcommand("draw", "Make an engineering drawing");
-  draw->add_option("MODEL", command.options.model, "the model: a .csg or .scad file, or a snapshot (.h5)")
+  draw->add_option("MODEL", command.model, "the model: a .csg or .scad file, or a snapshot (.h5)")
       ->required()
       ->check(is_named())
       ->type_name("");
@@ -103,26 +100,25 @@ CLI::App* add_draw_command(CLI::App& app, RunCommand& command, DrawingText& text
 }
 
 void choose_drawing(const DrawingText& text, RunCommand& command) {
-  DrawCommand& draw = *command.drawing;
+  DrawingOutput& draw = *command.options.outputs.drawing;
   for (const std::string& file : text.files) {
-    if (!io::sheet_format(file)) throw Error("-o: '" + file + "' must end in .svg, .pdf or .dxf");
+    if (!file_format(file).drawing) throw Error("-o: '" + file + "' must end in .svg, .pdf or .dxf");
     draw.files.emplace_back(file);
   }
   DrawingOptions words = text;
   if (!text.views_in_one.empty()) words.views = CLI::detail::split(text.views_in_one, ',');
   words.centre_lines = !text.no_centre_lines;
   words.overall = !text.plain;
-  if (words.title.empty()) words.title = command.options.model.stem().string();
-  draw.options = api::drawing_options(words, "--");
-  command.options.boundary = command.options.faces = true;
-  if (command.options.model.extension() == ".h5") {
+  if (words.title.empty()) words.title = command.model.stem().string();
+  check(words, "--");
+  draw.drawing = words;
+  if (command.model.extension() == ".h5") {
     if (command.options.curved || command.options.parts_by_colour || command.options.tolerance ||
-        command.options.coincidence != supersteps::RunOptions().coincidence)
+        command.options.coincidence != Options().coincidence)
       throw Error(
           "--curved, --parts, --coincidence and --tolerance are those of the snapshot: leave them out");
-    command.options.resume = command.options.model;
+    command.resume = command.model;
     command.options.steps = 0;  // nothing is computed, only drawn as it is
-    command.options.collect_cells = true;
   } else {
     command.options.surface_only = true;
   }

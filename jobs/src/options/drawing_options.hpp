@@ -19,7 +19,7 @@ struct DrawingText : bsp2::DrawingOptions {
   bool plain = false, no_centre_lines = false;
 };
 
-/// Adds `bsp2 draw`; it writes into command.drawing, which exists from here on.
+/// Adds `bsp2 draw`; it writes into command.options.outputs.drawing, which exists from here on.
 CLI::App* add_draw_command(CLI::App& app, RunCommand& command, DrawingText& text);
 
 /// After parsing: what is drawn and where to, and what that needs of the run. @throws bsp2::Error for what

@@ -6,8 +6,6 @@
 #include <fstream>
 #include <sstream>
 
-#include "bsp2/geometry/support/error.hpp"
-#include "bsp2/io/outputs/animation.hpp"
 #include "options/checks.hpp"
 #include "options/picture_options.hpp"
 
@@ -18,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr unsigned most_pictures = 100000;
 
-FilmCommand::Sweep sweep_of(const std::string& text) {
+Film::Sweep sweep_of(const std::string& text) {
   const std::size_t axis =
       text.size() > 2 && text[1] == ':' ? std::string("xyz").find(text[0]) : std::string::npos;
   const auto ends = axis == std::string::npos ? std::vector<double>{} : numbers_in(text.substr(2), ':');
@@ -30,10 +28,10 @@ FilmCommand::Sweep sweep_of(const std::string& text) {
 }
 
 /// A line each: an eye, and what it looks at if that is not the middle.
-std::vector<FilmCommand::Stand> path_in(const fs::path& file) {
+std::vector<Film::Camera> path_in(const fs::path& file) {
   std::ifstream from(file);
   if (!from) throw Error("--path: cannot read '" + file.string() + "'");
-  std::vector<FilmCommand::Stand> path;
+  std::vector<Film::Camera> path;
   std::string line;
   for (int number = 1; std::getline(from, line); ++number) {
     line.erase(std::min(line.find('#'), line.size()));
@@ -60,24 +58,6 @@ std::vector<FilmCommand::Stand> path_in(const fs::path& file) {
   }
   if (path.empty()) throw Error("--path: '" + file.string() + "' holds no camera");
   return path;
-}
-
-std::array<double, 3> between(const std::array<double, 3>& a, const std::array<double, 3>& b, double t) {
-  std::array<double, 3> point;
-  for (std::size_t k = 0; k < 3; ++k) point[k] = a[k] + t * (b[k] - a[k]);
-  return point;
-}
-
-/// Goes from one to the next at the same pace; where only one of two says what it looks at, that counts for
-/// both.
-void stand(supersteps::PictureOptions& view, const std::vector<FilmCommand::Stand>& path, double t) {
-  const double place = t * static_cast<double>(path.size() - 1);
-  const auto before = static_cast<std::size_t>(place), after = std::min(before + 1, path.size() - 1);
-  const FilmCommand::Stand &from = path[before], &to = path[after];
-  const double rest = place - static_cast<double>(before);
-  view.eye = between(from.eye, to.eye, rest);
-  if (!from.look && !to.look) return;
-  view.look = between(from.look.value_or(*to.look), to.look.value_or(*from.look), rest);
 }
 
 }  // namespace
@@ -108,9 +88,8 @@ void add_film_options(CLI::App& app, FilmText& text) {
       ->group(group);
 }
 
-std::optional<FilmCommand> film_command(const FilmText& text, const std::string& explode,
-                                        const fs::path& output) {
-  FilmCommand film;
+std::optional<Film> film_of(const FilmText& text, const std::string& explode, const fs::path& output) {
+  Film film;
   film.turns = text.turntable > 0;
   film.grows = text.grow;
   if (const auto factors = numbers_in(explode, ':'); factors.size() == 2)
@@ -119,7 +98,7 @@ std::optional<FilmCommand> film_command(const FilmText& text, const std::string&
   if (!text.path.empty()) film.path = path_in(text.path);
   const bool moves = film.turns || film.grows || film.explode || film.sweep || !film.path.empty();
   if (!moves) {
-    if (io::is_animation(output))
+    if (file_format(output).animation)
       throw Error(
           "'" + output.string() +
           "' is an animation: say how it moves, for example --turntable 120 (see 'bsp2 render --help')");
@@ -129,27 +108,12 @@ std::optional<FilmCommand> film_command(const FilmText& text, const std::string&
   }
   if (film.turns && !film.path.empty())
     throw Error("--turntable and --path both say where the viewer goes: choose one");
-  io::Animation::check(output);
+  check_animation(output);
   if (!film.path.empty()) film.count = std::max(2U, static_cast<unsigned>(film.path.size()));
   if (film.turns) film.count = text.turntable;
   if (text.count > 0) film.count = text.count;
   if (text.rate > 0) film.rate = text.rate;
   return film;
-}
-
-supersteps::PictureOptions view_of(const FilmCommand& film, supersteps::PictureOptions view, unsigned i,
-                                   unsigned most_level) {
-  const double t = film.count > 1 ? static_cast<double>(i) / (film.count - 1) : 1;
-  view.format = supersteps::PictureFormat::png;
-  view.ball = 1 + (film.explode ? std::max((*film.explode)[0], (*film.explode)[1]) : view.explode);
-  if (film.turns) view.turn = 360.0 * i / film.count;
-  if (!film.path.empty()) stand(view, film.path, t);
-  if (film.explode) view.explode = (*film.explode)[0] + t * ((*film.explode)[1] - (*film.explode)[0]);
-  if (film.sweep)
-    view.section = {film.sweep->axis, film.sweep->from + t * (film.sweep->to - film.sweep->from),
-                    film.sweep->from < film.sweep->to};
-  if (film.grows) view.most_level = static_cast<unsigned>(std::lround(t * most_level));
-  return view;
 }
 
 }  // namespace bsp2::jobs

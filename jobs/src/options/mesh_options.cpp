@@ -3,10 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 
-#include "bsp2/api/products/group_rule.hpp"
-#include "bsp2/geometry/support/error.hpp"
-#include "bsp2/io/outputs/solver_mesh.hpp"
-#include "bsp2/model/msh/size_field.hpp"
 #include "options/checks.hpp"
 
 namespace bsp2::jobs {
@@ -101,35 +97,35 @@ void add_check_option(CLI::App& app, MeshText& text) {
   for (CLI::Option* option : of_making) check->excludes(option);
 }
 
-MeshCommand mesh_command(const MeshText& text) {
-  MeshCommand command;
-  command.output = text.output;
-  const auto format = io::solver_format(command.output);
-  if (!format) throw Error("-o: '" + text.output + "' must end in " + io::solver_endings());
-  if (command.output.extension() == ".foam") command.output.replace_extension();
-  SolverMeshOptions& options = command.options;
+SolverMeshOutput mesh_output_of(const MeshText& text) {
+  SolverMeshOutput output;
+  output.file = text.output;
+  const FileFormat format = file_format(output.file);
+  if (!format.solver_mesh) throw Error("-o: '" + text.output + "' must end in " + endings().solver_meshes);
+  if (output.file.extension() == ".foam") output.file.replace_extension();
+  SolverMeshOptions& options = output.mesh;
   options.polyhedra = text.type == "polyhedra";
-  options.dual = text.type.empty() ? *format == io::SolverFormat::openfoam : text.type == "dual";
-  if ((options.polyhedra || options.dual) && !io::holds_polyhedra(*format))
+  options.dual = text.type.empty() ? format.openfoam : text.type == "dual";
+  if ((options.polyhedra || options.dual) && !format.polyhedra)
     throw Error("--type " + text.type + ": only OpenFOAM cases and .vtu files hold polyhedra, not '" +
                 text.output + "'");
   options.clean = text.clean;
   options.size = text.size;
-  if (!text.size_field.empty()) options.size_field = model::read_size_field(text.size_field);
+  if (!text.size_field.empty()) options.size_field = read_size_field(text.size_field);
   options.growth = text.growth;
   for (const std::string& each : text.part_sizes) options.part_sizes.push_back(part_size(each));
-  for (const std::string& each : text.groups) api::parse_group(each);  // it is told now if it is wrong
+  for (const std::string& each : text.groups) check_group(each);  // it is told now if it is wrong
   options.groups = text.groups;
-  command.gmsh_version = text.version == "2.2" ? 22 : 41;
-  command.second_order = text.order == 2;
-  if (command.second_order && (options.polyhedra || options.dual || !io::holds_second_order(*format)))
+  output.gmsh_version = text.version == "2.2" ? 22 : 41;
+  output.second_order = text.order == 2;
+  if (output.second_order && (options.polyhedra || options.dual || !format.second_order))
     throw Error(
         "--element-order 2: only tetrahedra in .msh, .inp, .xdmf and .vtu files may have points in the "
         "middle of edges");
   if (options.polyhedra &&
       (options.size.value_or(0) > 0 || !options.part_sizes.empty() || !options.size_field.empty()))
     throw Error("--size: polyhedra are the cells as they are; --type tetrahedra and dual have a size");
-  return command;
+  return output;
 }
 
 }  // namespace bsp2::jobs

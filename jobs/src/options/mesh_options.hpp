@@ -1,9 +1,7 @@
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "bsp2/bsp2.hpp"
@@ -13,16 +11,6 @@ class App;
 }
 
 namespace bsp2::jobs {
-
-struct RunCommand;
-
-/// What `bsp2 mesh` makes.
-struct MeshCommand {
-  std::filesystem::path output;
-  SolverMeshOptions options;
-  int gmsh_version = 41;
-  bool second_order = false;
-};
 
 /// Options of the command as they are typed.
 struct MeshText {
@@ -42,6 +30,6 @@ void add_mesh_options(CLI::App& app, MeshText& text);
 void add_check_option(CLI::App& app, MeshText& text);
 
 /// What they mean. @throws bsp2::Error if they make no sense.
-MeshCommand mesh_command(const MeshText& text);
+SolverMeshOutput mesh_output_of(const MeshText& text);
 
 }  // namespace bsp2::jobs

@@ -1,29 +1,17 @@
 #include "options/picture_options.hpp"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <map>
 
-#include "bsp2/geometry/support/error.hpp"
 #include "options/checks.hpp"
 
 namespace bsp2::jobs {
 namespace {
 
 namespace fs = std::filesystem;
-using supersteps::Shade;
 
 constexpr int largest_size = 8192;
-
-const std::map<std::string, Shade>& shades() {
-  static const std::map<std::string, Shade> names{
-      {"colour", Shade::colour}, {"color", Shade::colour}, {"part", Shade::part},  {"rank", Shade::rank},
-      {"region", Shade::region}, {"label", Shade::label},  {"level", Shade::level}};
-  return names;
-}
 
 std::optional<std::array<double, 3>> eye_of_picture(const std::string& text) {
   if (text.empty()) return std::nullopt;
@@ -47,13 +35,6 @@ std::optional<std::array<double, 3>> middle_of_picture(const std::string& text) 
                 "' is no point; write three numbers, for example --look 30,-40,25, or two "
                 "in the plane");
   return std::array{numbers[0], numbers[1], numbers[2]};
-}
-
-const std::map<std::string, supersteps::Edges>& edges() {
-  using supersteps::Edges;
-  static const std::map<std::string, Edges> names{
-      {"none", Edges::none}, {"feature", Edges::feature}, {"cells", Edges::cells}};
-  return names;
 }
 
 /// A factor, or two with a colon between them.
@@ -138,41 +119,33 @@ std::vector<double> eye_of(const std::string& text) {
   return eye;
 }
 
-supersteps::PictureOptions picture_options(const PictureText& text) {
-  supersteps::PictureOptions options;
-  options.eye = eye_of_picture(text.eye);
-  options.look = middle_of_picture(text.look);
-  if (options.eye && options.look && *options.eye == *options.look)
+View view_of(const PictureText& text) {
+  View view;
+  view.eye = eye_of_picture(text.eye);
+  view.look = middle_of_picture(text.look);
+  if (view.eye && view.look && *view.eye == *view.look)
     throw Error("--eye and --look are the same point: the picture needs a direction");
-  if (const auto factors = numbers_in(text.explode, ':'); factors.size() == 1) options.explode = factors[0];
-  if (!text.edges.empty()) options.edges = edges().at(text.edges);
-  if (!text.shade.empty()) options.shade = shades().at(text.shade);
-  options.legend = !text.no_legend;
-  options.axes = text.axes;
-  options.transparent = text.transparent;
-  if (text.size.empty()) return options;
+  if (const auto factors = numbers_in(text.explode, ':'); factors.size() == 1) view.explode = factors[0];
+  if (!text.edges.empty()) view.edges = text.edges;
+  if (!text.shade.empty()) view.shade = text.shade;
+  view.legend = !text.no_legend;
+  view.axes = text.axes;
+  view.transparent = text.transparent;
+  if (text.size.empty()) return view;
   const auto numbers = numbers_in(text.size, 'x');
   const auto is_size = [](double n) { return n >= 1 && n <= largest_size && n == std::trunc(n); };
   if (numbers.size() != 2 || !is_size(numbers[0]) || !is_size(numbers[1]))
     throw Error("--size: '" + text.size +
                 "' is no size; write width x height in pixels, for example 1600x1200, each up to " +
                 std::to_string(largest_size));
-  options.width = static_cast<int>(numbers[0]);
-  options.height = static_cast<int>(numbers[1]);
-  return options;
+  view.width = static_cast<int>(numbers[0]);
+  view.height = static_cast<int>(numbers[1]);
+  return view;
 }
 
-supersteps::PictureFormat checked_format(const fs::path& path, const std::string& option) {
-  const auto format = supersteps::picture_format(path);
-  if (!format) throw Error(option + ": '" + path.string() + "' must end in .png, .svg or .pdf");
-  return *format;
-}
-
-fs::path frame_path(const fs::path& prefix, unsigned step) {
-  const std::string name = fmt::format("{:04}.png", step);
-  std::error_code ignored;
-  if (!prefix.has_filename() || fs::is_directory(prefix, ignored)) return prefix / name;
-  return prefix.string() + name;
+void check_picture(const fs::path& path, const std::string& option) {
+  if (!file_format(path).picture)
+    throw Error(option + ": '" + path.string() + "' must end in .png, .svg or .pdf");
 }
 
 }  // namespace bsp2::jobs

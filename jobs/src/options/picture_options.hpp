@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bsp2/supersteps/render/rendering.hpp"
+#include "bsp2/bsp2.hpp"
 
 namespace CLI {
 class App;
@@ -35,14 +35,9 @@ std::vector<double> numbers_in(const std::string& text, char between);
 std::vector<double> eye_of(const std::string& text);
 
 /// What they mean. @throws bsp2::Error for points, sizes and endings that make no sense.
-supersteps::PictureOptions picture_options(const PictureText& text);
+View view_of(const PictureText& text);
 
-/// The format of a picture's file. @param option that names it, for the message.
-/// @throws bsp2::Error if its ending names none.
-supersteps::PictureFormat checked_format(const std::filesystem::path& path, const std::string& option);
-
-/// The name of the picture of a step: PREFIX0007.png, or DIR/0007.png for a prefix that ends with a slash or
-/// is a folder.
-std::filesystem::path frame_path(const std::filesystem::path& prefix, unsigned step);
+/// @param option that names a picture's file, for the message. @throws bsp2::Error if its ending names none.
+void check_picture(const std::filesystem::path& path, const std::string& option);
 
 }  // namespace bsp2::jobs

@@ -26,7 +26,7 @@ QueueCommands add_queue_commands(CLI::App& app, RunCommand& command) {
   commands.jobs->require_subcommand(1);
   commands.jobs->footer(footer);
   commands.split = commands.jobs->add_subcommand("split", "Make a queue: a job a region");
-  commands.split->add_option("MODEL", command.options.model, "the model: a .csg or .scad file")
+  commands.split->add_option("MODEL", command.model, "the model: a .csg or .scad file")
       ->required()
       ->check(is_named())
       ->type_name("");
@@ -72,7 +72,7 @@ void choose_queue_command(const QueueCommands& commands, RunCommand& command) {
                  : commands.run->parsed()   ? QueueCommand::Action::run
                  : commands.merge->parsed() ? QueueCommand::Action::merge
                                             : QueueCommand::Action::status;
-  if (queue.action == QueueCommand::Action::run) command.options.budget_seconds = 60;
+  if (queue.action == QueueCommand::Action::run) command.options.budget = 60;
   if (queue.partial) command.options.steps = 0;  // nothing more is computed
 }
 

@@ -1,12 +1,10 @@
 #include "options/version.hpp"
 
-#include "bsp2/supersteps/ranks/ranks.hpp"
+#include "bsp2/bsp2.hpp"
 #include "libraries.hpp"
 
 namespace bsp2::jobs {
 
-std::string version_text() {
-  return "bsp2 " BSP2_VERSION "\n" + supersteps::Ranks::library() + "\n" BSP2_LIBRARIES;
-}
+std::string version_text() { return "bsp2 " BSP2_VERSION "\n" + mpi_version() + "\n" BSP2_LIBRARIES; }
 
 }  // namespace bsp2::jobs

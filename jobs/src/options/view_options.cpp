@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "bsp2/geometry/support/error.hpp"
 #include "options/checks.hpp"
 #include "options/picture_options.hpp"
 
@@ -82,23 +81,21 @@ void choose_view_command(const CLI::App& view, RunCommand& command, const std::s
   if (std::error_code none; !std::filesystem::exists(input, none))
     throw Error("cannot read '" + input + "': " + std::generic_category().message(ENOENT));
   if (is_snapshot(input))
-    command.options.resume = input;
+    command.resume = input;
   else
-    command.options.model = input;
+    command.model = input;
 }
 
 void finish_view_command(RunCommand& command, const std::string& order, const std::string& eye) {
   ViewCommand& viewer = *command.viewer;
-  supersteps::RunOptions& options = command.options;
+  Options& options = command.options;
   if (!eye.empty()) viewer.eye = eye_of(eye);
   if (!order.empty()) viewer.order = options.order;
   viewer.follows_eye = order == "view";
-  viewer.budget = options.budget_seconds;
-  options.budget_seconds.reset();
-  if (options.resume) options.steps = 0;  // nothing is computed, only shown as it is
-  options.collect = supersteps::Collect::automatic;
-  options.collect_cells = true;
-  options.boundary = options.faces = options.keep_in;
+  viewer.budget = options.budget;
+  options.budget.reset();
+  if (command.resume) options.steps = 0;  // nothing is computed, only shown as it is
+  options.surface = options.faces = options.keep_in;
 }
 
 }  // namespace bsp2::jobs

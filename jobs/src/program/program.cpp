@@ -1,27 +1,23 @@
 #include "program/program.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <exception>
+#include <functional>
+#include <limits>
 #include <sstream>
 #include <utility>
 
-#include "answers/drawings.hpp"
-#include "answers/outputs.hpp"
+#include "answers/mesh_summary.hpp"
 #include "answers/point_query.hpp"
 #include "answers/progress_bar.hpp"
 #include "answers/snapshot_info.hpp"
-#include "answers/solver_mesh.hpp"
 #include "answers/summary.hpp"
 #include "bsp2/geometry/support/counted.hpp"
-#include "bsp2/geometry/support/error.hpp"
-#include "bsp2/geometry/support/interruption.hpp"
-#include "bsp2/io/outputs/snapshot.hpp"
-#include "bsp2/io/outputs/surface.hpp"
-#include "bsp2/supersteps/loop/run.hpp"
 #include "options/command_line.hpp"
 #include "program/queueing.hpp"
 #include "program/signals.hpp"
@@ -42,29 +38,32 @@ spdlog::logger make_log() {
 /// What an interrupted run leaves in place although it is not its own. @param of_all also the snapshot that
 /// it would have written.
 std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
+  std::error_code ignored;
   const auto is_there = [](const auto& file) { return file && std::filesystem::exists(*file); };
   std::vector<std::string> lines;
+  const Outputs& outputs = command.options.outputs;
   const auto& snapshot = command.options.snapshot;
-  const auto& resumed = command.options.resume;
-  if (of_all && is_there(snapshot) && !(resumed && are_one_file(*snapshot, *resumed)))
+  const auto& resumed = command.resume;
+  if (of_all && is_there(snapshot) && !(resumed && std::filesystem::equivalent(*snapshot, *resumed, ignored)))
     lines.push_back("'" + snapshot->string() +
                     "' is the snapshot of an earlier run: to resume it is not to go on with this one");
-  if (command.folder && (is_there(command.mesh) || is_there(command.picture) || is_there(command.report) ||
-                         is_there(command.snapshot_copy) ||
-                         std::any_of(command.boundaries.begin(), command.boundaries.end(),
+  if (outputs.folder && (is_there(outputs.cells) || is_there(outputs.picture) || is_there(outputs.report) ||
+                         is_there(outputs.snapshot) ||
+                         std::any_of(outputs.surfaces.begin(), outputs.surfaces.end(),
                                      [](const auto& file) { return std::filesystem::exists(file); })))
-    lines.push_back("the other files in '" + command.folder->string() + "' are of an earlier run");
+    lines.push_back("the other files in '" + outputs.folder->string() + "' are of an earlier run");
   return lines;
 }
 
 void tell_interruption(const RunCommand& command, spdlog::logger& log) {
-  if (command.film)
-    log.warn("interrupted; '{}' is not written", command.picture->string());
-  else if (command.solver_mesh)
-    log.warn("interrupted; '{}' is not written", command.solver_mesh->output.string());
+  const Outputs& outputs = command.options.outputs;
+  if (outputs.film)
+    log.warn("interrupted; '{}' is not written", outputs.picture->string());
+  else if (outputs.solver_mesh)
+    log.warn("interrupted; '{}' is not written", outputs.solver_mesh->file.string());
   else if (const auto& snapshot = command.options.snapshot)
     log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}{}'", snapshot->string(),
-             snapshot->string(), command.folder ? " -o " + command.folder->string() : "");
+             snapshot->string(), outputs.folder ? " -o " + outputs.folder->string() : "");
   else
     log.warn("interrupted; nothing is written (with --snapshot FILE.h5 the run could be resumed)");
   for (const std::string& line : earlier_files(command, false)) log.warn("{}", line);
@@ -79,87 +78,111 @@ std::string farewell_of(const RunCommand& command) {
 
 /// A plane model has no boundary to write. With -o that is no mistake and gets no warning, but who looks for
 /// the file is told.
-void tell_left_out(const RunCommand& command, const supersteps::RunReport& report, spdlog::logger& log) {
-  if (report.dimension == 2 && command.folder &&
-      command.boundaries == std::vector{*command.folder / boundary_name})
+void tell_left_out(const Outputs& outputs, const Figures& figures, spdlog::logger& log) {
+  if (figures.dimension == 2 && outputs.folder &&
+      outputs.surfaces == std::vector{*outputs.folder / Outputs::surface_name})
     log.info(
         "no {} is written: the model is plane, and boundaries are found for solids of dimension 3; "
         "--boundary "
         "writes its outline as {}",
-        boundary_name, io::plane_endings());
+        Outputs::surface_name, endings().outlines);
 }
 
-void tell_written(std::ostream& out, const RunCommand& command, const supersteps::RunReport& report) {
+void tell_written(std::ostream& out, const Figures& figures) {
   const char* name = "\n  written   ";
-  for (const std::filesystem::path& file : written_files(command, report))
+  for (const std::filesystem::path& file : figures.written)
     out << std::exchange(name, "            ") << file.string() << '\n';
 }
 
+void tell_drawing(std::ostream& out, const Figures::Drawing& drawing) {
+  out << fmt::format(
+      "{} on {}, scale {}\n", counted(drawing.lines, "# line[s]"), drawing.sheet,
+      drawing.scale >= 1 ? fmt::format("{:g}:1", drawing.scale) : fmt::format("1:{:g}", 1 / drawing.scale));
+}
+
 /// @return the exit code where some outputs failed: a mistake of ours weighs more than the user's.
-int code_of(const supersteps::RunReport& report) {
+int code_of(const Figures& figures) {
   int code = 0;
-  for (const auto& failed : report.failed)
-    code = code == internal_error || !failed.is_users ? internal_error : user_error;
+  for (const auto& failed : figures.failed)
+    code = code == internal_error || !failed.is_users_mistake ? internal_error : user_error;
   return code;
 }
 
 /// One message for each output that could not be made. @return the exit code.
-int tell_failed(const supersteps::RunReport& report, spdlog::logger& log) {
-  for (const auto& failed : report.failed) log.error("{}", failed.text);
-  return code_of(report);
+int tell_failed(const Figures& figures, spdlog::logger& log) {
+  for (const auto& failed : figures.failed) log.error("{}", failed.text);
+  return code_of(figures);
 }
 
-/// A bar names each superstep that begins, as long as this is there; who listened before still does.
-class FollowedSupersteps {
- public:
-  FollowedSupersteps(supersteps::Ranks& ranks, ProgressBar& bar)
-      : ranks_(ranks), before_(ranks.on_superstep) {
-    ranks.on_superstep = [&bar, before = before_](const std::string& name, unsigned step) {
-      bar.begin(name);
-      if (before) before(name, step);
-    };
-  }
-  ~FollowedSupersteps() { ranks_.on_superstep = before_; }
-  FollowedSupersteps(const FollowedSupersteps&) = delete;
-  FollowedSupersteps& operator=(const FollowedSupersteps&) = delete;
-
- private:
-  supersteps::Ranks& ranks_;
-  std::function<void(const std::string&, unsigned)> before_;
-};
-
-/// What the master says, on all ranks. Collective.
-bool told_by_master(bool said, supersteps::Ranks& ranks) {
-  if (ranks.is_master())
-    for (int rank = 1; rank < ranks.count(); ++rank) ranks.send(rank, said ? "yes" : "no");
-  ranks.sync();
-  return ranks.is_master() ? said : ranks.received().front().bytes == "yes";
+/// @return the exit code.
+int tell_early_end(const RunCommand& command, const Figures& figures, spdlog::logger& log) {
+  const int code = tell_failed(figures, log);
+  const auto is_snapshot = [&](const Figures::Failed& failed) {
+    return failed.file == command.options.snapshot;
+  };
+  if (std::any_of(figures.failed.begin(), figures.failed.end(), is_snapshot)) return code;
+  tell_interruption(command, log);
+  return interrupted_code;
 }
 
-/// The mesh for solvers, on the master, which has all cells; a signal ends it. Collective.
-std::optional<MeshSummary> mesh_cells(const RunCommand& command, supersteps::RunResult& result,
-                                      supersteps::Ranks& ranks) {
-  std::optional<MeshSummary> summary;
-  bool is_over = false;
-  ranks.agree([&] {
-    if (!ranks.is_master()) return;
-    const geometry::Interruption by_signal(command.options.interrupted);
-    try {
-      command.on_writing(command.solver_mesh->output);
-      summary = make_solver_mesh(*command.solver_mesh, result);
-    } catch (const geometry::Interrupted&) {
-      is_over = true;
-    }
+/// Before anything is computed; on the master, elsewhere there are none. Collective.
+std::vector<double> points_of(const RunCommand& command, const Ranks& ranks) {
+  std::vector<double> points;
+  ranks.together([&] {
+    if (!command.points || !ranks.is_master()) return;
+    const SnapshotInfo info = snapshot_info(*command.resume);
+    if (!info.keep_in || !info.keep_fuzzy)
+      throw Error("the snapshot '" + command.resume->string() +
+                  "' does not keep all IN and FUZZY cells, so it cannot tell where points are; run the model "
+                  "without --keep, or with --keep in,fuzzy");
+    points = read_points(*command.points, info.dimension);
   });
-  result.report.interrupted = told_by_master(is_over, ranks);
-  return summary;
+  return points;
+}
+
+void answer(const RunCommand& command, const Result& result, const std::vector<double>& points,
+            std::ostream& out) {
+  std::vector<std::string> names;
+  for (const Part& part : result.parts()) names.push_back(part.name);
+  print_answers(out, points, result.locate(points), result.dimension(), command.json, names);
+}
+
+/// Evaluates as the command says, under a bar. Collective.
+Result evaluated(const RunCommand& command, const Ranks& ranks, ProgressBar& bar) {
+  Options options = command.options;
+  options.outputs_only = !command.points;
+  if (options.budget && options.snapshot && !options.steps)
+    options.steps = std::numeric_limits<unsigned>::max();  // until all is decided, with a snapshot each time
+  options.stop = SignalWatch::interrupted;
+  options.progress = [&bar, begun = 0U](const Progress& now) mutable {
+    if (std::exchange(begun, now.begun) != now.begun)
+      bar.begin(now.superstep);
+    else
+      bar.show(now.done, now.superstep == "computation" ? now.cells : 0);
+  };
+  return command.resume ? resume(*command.resume, options, ranks) : evaluate(command.model, options, ranks);
+}
+
+/// What a run has found, on the master. @return the exit code.
+int tell(const RunCommand& command, const Figures& figures, bool speaks, std::ostream& out,
+         spdlog::logger& log) {
+  const Outputs& outputs = command.options.outputs;
+  if (figures.drawing && !command.quiet) tell_drawing(out, *figures.drawing);
+  for (const std::string& warning : figures.warnings) log.warn("warning: {}", warning);
+  for (const std::string& note : figures.notes)
+    if (!command.quiet || command.options.steps == 0U) log.info("note: {}", note);
+  if (speaks) tell_left_out(outputs, figures, log);
+  if (speaks && !outputs.drawing)
+    print_summary(out, figures, (command.stats && !outputs.solver_mesh) || needs_table(figures));
+  if (speaks && figures.solver_mesh) print_mesh_summary(out, *figures.solver_mesh, command.stats);
+  if (command.stats && !outputs.solver_mesh) print_stats(out, figures);
+  if (speaks) tell_written(out, figures);
+  return tell_failed(figures, log);
 }
 
 /// On all ranks, and only the master speaks.
 /// @return the exit code.
-int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks, const Run& run,
-                spdlog::logger& log) {
-  if (command.timeout) ranks.set_timeout(*command.timeout);
+int run_command(RunCommand command, std::ostream& out, const Ranks& ranks, spdlog::logger& log) {
   if (command.info) {
     if (ranks.is_master()) print_snapshot(out, *command.info);
     return 0;
@@ -169,77 +192,19 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     for (const std::string& note : check_mesh_file(command, out)) log.info("note: {}", note);
     return 0;
   }
-  if (command.options.resume) io::check_snapshot_is_readable(*command.options.resume);
-  if (command.points && ranks.is_master()) {
-    const io::SnapshotHead head = io::read_snapshot(*command.options.resume, io::SnapshotPart::head).head;
-    if (!head.keep_in || !head.keep_fuzzy)
-      throw Error("the snapshot '" + command.options.resume->string() +
-                  "' does not keep all IN and FUZZY cells, so it cannot tell where points are; run the model "
-                  "without --keep, or with --keep in,fuzzy");
-    command.options.points = read_points(*command.points, head.dimension);
-  }
-  check_outputs(command);
+  const std::vector<double> points = points_of(command, ranks);
   std::optional<JoinedSnapshot> joined;
-  if (command.queue) command.options.resume = joined.emplace(command, ranks).path();
+  if (command.queue) command.resume = joined.emplace(command, ranks).path();
   const SignalWatch watch(ranks.is_master() ? farewell_of(command) : "", ranks.count() == 1);
-  command.options.interrupted = SignalWatch::interrupted;
-  const bool speaks = ranks.is_master() && (!command.quiet || command.film);  // which takes a while
+  const bool speaks = ranks.is_master() && (!command.quiet || command.options.outputs.film);  // a while
   ProgressBar bar(speaks ? stderr : nullptr);
-  const FollowedSupersteps followed(ranks, bar);
-  command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
-  command.view.on_progress = [&bar](double done) { bar.show(done, 0); };
-  command.on_writing = [&bar](const std::filesystem::path& file) {
-    bar.begin("writing " + file.filename().string());
-  };
-  StepFailures step_failures;
-  if (command.shows_steps())
-    command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) {
-      write_step(command, now, step, ranks, step_failures);
-    };
-  bool cells_are_written = false;
-  if (!command.solver_mesh)  // which needs the cells to the end
-    command.options.on_cells = [&](supersteps::RunResult& now) {
-      write_cells(command, now, ranks);
-      cells_are_written = true;
-    };
-  supersteps::RunResult result = run(command.options, ranks);
-  for (const auto& failed : {step_failures.frames, step_failures.series})
-    if (failed) result.report.failed.push_back(*failed);
-  const auto end_early = [&] {
-    bar.clear();
-    const int code = tell_failed(result.report, log);
-    const auto is_snapshot = [&](const supersteps::FailedOutput& failed) {
-      return failed.file == command.options.snapshot;
-    };
-    if (std::any_of(result.report.failed.begin(), result.report.failed.end(), is_snapshot)) return code;
-    tell_interruption(command, log);
-    return interrupted_code;
-  };
-  if (result.report.interrupted) return end_early();
-  if (command.points && ranks.is_master()) {
-    bar.clear();
-    print_answers(out, command.options.points, result.answers, result.report.dimension, command.json,
-                  result.part_names);
-  }
-  if (command.drawing) write_drawings(command, result, ranks, run, out);
-  if (!cells_are_written) write_cells(command, result, ranks);
-  std::optional<MeshSummary> mesh;
-  if (command.solver_mesh) mesh = mesh_cells(command, result, ranks);
-  if (result.report.interrupted) return end_early();
-  write_results(command, result, ranks,
-                [&](const std::string& report) { return mesh ? with_mesh(report, *mesh) : report; });
+  const Result result = evaluated(command, ranks, bar);
   bar.clear();
-  if (!ranks.is_master()) return code_of(result.report);
-  for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
-  for (const std::string& note : result.report.notes)
-    if (!command.quiet || command.options.steps == 0U) log.info("note: {}", note);
-  if (speaks) tell_left_out(command, result.report, log);
-  if (speaks && !command.drawing)
-    print_summary(out, result.report, (command.stats && !command.solver_mesh) || needs_table(result.report));
-  if (speaks && mesh) print_mesh_summary(out, *mesh, command.stats);
-  if (command.stats && !command.solver_mesh) print_stats(out, result.report);
-  if (speaks) tell_written(out, command, result.report);
-  return tell_failed(result.report, log);
+  const Figures figures = result.figures();
+  if (figures.is_interrupted) return tell_early_end(command, figures, log);
+  if (!ranks.is_master()) return code_of(figures);
+  if (command.points) answer(command, result, points, out);
+  return tell(command, figures, speaks, out, log);
 }
 
 /// Nobody reads on (a closed pipe) is fine; a full disk is not.
@@ -261,9 +226,6 @@ int exit_code(const std::function<int()>& body, bool speaks, spdlog::logger& log
   } catch (const Error& error) {
     log.error("{}", error.what());
     return error.is_users_mistake() ? user_error : internal_error;
-  } catch (const supersteps::Failure& failure) {
-    log.error("{}", failure.what());
-    return internal_error;
   } catch (const std::bad_alloc&) {
     log.error("out of memory");
     return internal_error;
@@ -275,8 +237,7 @@ int exit_code(const std::function<int()>& body, bool speaks, spdlog::logger& log
 
 }  // namespace
 
-int program(const std::vector<std::string>& arguments, std::ostream& out, supersteps::Ranks& ranks,
-            const Run& run) {
+int program(const std::vector<std::string>& arguments, std::ostream& out, const Ranks& ranks) {
   spdlog::logger log = make_log();
   const auto body = [&] {
     std::ostringstream ignored;
@@ -290,9 +251,9 @@ int program(const std::vector<std::string>& arguments, std::ostream& out, supers
     else if (command && command->queue && command->queue->action != QueueCommand::Action::merge)
       code = queue_command(*command, speech);
     else if (command && command->viewer)
-      code = view_command(*command, speech, ranks, run, log);
+      code = view_command(*command, speech, ranks, log);
     else if (command)
-      ranks.together([&] { code = run_command(*command, out, ranks, run, log); });
+      code = run_command(*command, out, ranks, log);
     finish(speech);
     return code;
   };
@@ -305,11 +266,7 @@ int program(const std::vector<std::string>& arguments, std::ostream& out) {
   const auto body = [&] {
     // Workers of a queue are alone, whoever started them: those of one launcher do not wait for each other.
     const bool is_alone = arguments.size() > 1 && arguments[0] == "jobs" && arguments[1] != "merge";
-    supersteps::Ranks ranks = is_alone ? supersteps::Ranks() : supersteps::Ranks::launched();
-    const auto run = [](const supersteps::RunOptions& options, supersteps::Ranks& all) {
-      return supersteps::run(options, all);
-    };
-    code = program(arguments, out, ranks, run);
+    code = program(arguments, out, is_alone ? Ranks() : Ranks::launched());
     return code;
   };
   return std::max(exit_code(body, true, log), code);

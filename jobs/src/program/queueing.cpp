@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "answers/job_status.hpp"
-#include "bsp2/bsp2.hpp"
 #include "bsp2/geometry/support/counted.hpp"
 #include "program/signals.hpp"
 #include "tables/node_tables.hpp"
@@ -13,31 +12,14 @@
 namespace bsp2::jobs {
 namespace {
 
-/// What fixes the cells, as the library takes it.
-Options options_of(const supersteps::RunOptions& run) {
-  Options options;
-  options.threads = run.threads;
-  options.regions = run.regions;
-  options.level = run.level;
-  options.tolerance = run.tolerance;
-  options.curved = run.curved;
-  options.coincidence = run.coincidence;
-  options.parts_by_colour = run.parts_by_colour;
-  options.keep_in = run.keep_in;
-  options.keep_fuzzy = run.keep_fuzzy;
-  options.keep_out = run.keep_out;
-  options.strict = run.strict;
-  return options;
-}
-
 /// @return the exit code.
-int work(const QueueCommand& command, const supersteps::RunOptions& run, std::ostream& out) {
+int work(const QueueCommand& command, const Options& of_run, std::ostream& out) {
   const JobQueue queue(command.folder);
   const SignalWatch watch;
   WorkOptions options;
-  options.threads = run.threads;
-  if (run.budget_seconds) options.budget = *run.budget_seconds;
-  options.cells = run.cells;
+  options.threads = of_run.threads;
+  if (of_run.budget) options.budget = *of_run.budget;
+  options.cells = of_run.cells;
   options.job = command.job;
   options.until_empty = command.until_empty;
   options.lease = command.lease_seconds;
@@ -51,9 +33,9 @@ int work(const QueueCommand& command, const supersteps::RunOptions& run, std::os
 void tables_command(const RunCommand& command, std::ostream& out) {
   std::vector<std::optional<unsigned>> levels(command.levels.begin(), command.levels.end());
   if (!levels.empty() || command.brief) levels.emplace_back();
-  const auto tables = measure_tables(load(command.options.model), command.tables, levels, !command.brief,
-                                     options_of(command.options));
-  out << command.options.model.string() << "\n\n";
+  const auto tables =
+      measure_tables(load(command.model), command.tables, levels, !command.brief, command.options);
+  out << command.model.string() << "\n\n";
   print_tables(out, tables, command.brief);
 }
 
@@ -63,8 +45,8 @@ int queue_command(const RunCommand& command, std::ostream& speech) {
   const QueueCommand& queue = *command.queue;
   switch (queue.action) {
     case QueueCommand::Action::split: {
-      const auto made = JobQueue::split(load(command.options.model), queue.folder, queue.job_seconds,
-                                        options_of(command.options));
+      const auto made =
+          JobQueue::split(load(command.model), queue.folder, queue.job_seconds, command.options);
       out << queue.folder.string() << counted(made.size(), ": # job[s]") << '\n';
       return 0;
     }
@@ -79,11 +61,13 @@ int queue_command(const RunCommand& command, std::ostream& speech) {
   return 0;
 }
 
-JoinedSnapshot::JoinedSnapshot(const RunCommand& command, supersteps::Ranks& ranks) {
+JoinedSnapshot::JoinedSnapshot(const RunCommand& command, const Ranks& ranks) {
   path_ = command.options.snapshot.value_or(command.queue->folder / ".joined.h5");
   is_mine_ = !command.options.snapshot && ranks.is_master();
-  if (ranks.is_master()) JobQueue(command.queue->folder).join(path_, command.queue->partial);
-  ranks.sync();
+  const auto join = [&] {
+    if (ranks.is_master()) JobQueue(command.queue->folder).join(path_, command.queue->partial);
+  };
+  ranks.together(join, command.options.timeout);
 }
 
 JoinedSnapshot::~JoinedSnapshot() {

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <iosfwd>
 
-#include "bsp2/supersteps/ranks/ranks.hpp"
 #include "options/command_line.hpp"
 
 namespace bsp2::jobs {
@@ -18,7 +17,7 @@ int queue_command(const RunCommand& command, std::ostream& speech);
 /// this does. Made and gone on all ranks together.
 class JoinedSnapshot {
  public:
-  JoinedSnapshot(const RunCommand& command, supersteps::Ranks& ranks);
+  JoinedSnapshot(const RunCommand& command, const Ranks& ranks);
   ~JoinedSnapshot();
   JoinedSnapshot(const JoinedSnapshot&) = delete;
   JoinedSnapshot& operator=(const JoinedSnapshot&) = delete;

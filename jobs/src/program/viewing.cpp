@@ -9,7 +9,9 @@
 
 #include "answers/progress_bar.hpp"
 #include "answers/summary.hpp"
-#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/api/evaluation/ranks.hpp"
+#include "bsp2/api/evaluation/run_options.hpp"
+#include "bsp2/api/report/report_json.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "program/signals.hpp"
 #include "viewer/file_watch.hpp"
@@ -21,7 +23,7 @@ namespace bsp2::jobs {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Run = std::function<supersteps::RunResult(const supersteps::RunOptions&, supersteps::Ranks&)>;
+using Run = Ranks::Implementation::Engine;
 using namespace std::chrono_literals;
 
 void open_in_browser(const std::string& link, spdlog::logger& log) {
@@ -95,7 +97,10 @@ int view_once(const Session& session) {
   const auto& [command, out, ranks, run, log, viewer, watch] = session;
   const bool speaks = ranks.is_master() && !command.quiet;
   ProgressBar bar(speaks ? stderr : nullptr);
-  supersteps::RunOptions options = command.options;
+  supersteps::RunOptions options = run_options(command.options);
+  options.model = command.model;
+  options.resume = command.resume;
+  options.can_be_asked = false;
   options.interrupted = [watch = watch] {
     return SignalWatch::interrupted() || (watch != nullptr && watch->has_changed());
   };
@@ -127,7 +132,7 @@ int view_once(const Session& session) {
   if (speaks)
     for (const std::string& note : result.report.notes) log.info("note: {}", note);
   for (const auto& failed : result.report.failed) log.error("{}", failed.text);
-  if (speaks) print_summary(out, result.report, false);
+  if (speaks) print_summary(out, api::figures_in(result.report), false);
   if (speaks) out << std::endl;
   return result.report.failed.empty() ? 0 : 1;
 }
@@ -137,7 +142,7 @@ int view_once(const Session& session) {
 int view_and_tell(const Session& session) {
   const auto& [command, out, ranks, run, log, viewer, watch] = session;
   int code = 0;
-  const auto& model = command.options.resume.value_or(command.options.model);
+  const auto& model = command.resume.value_or(command.model);
   try {
     ranks.restart();
     viewer.begin(model.filename().string());
@@ -157,9 +162,9 @@ int view_and_tell(const Session& session) {
 
 }  // namespace
 
-int view_command(const RunCommand& command, std::ostream& out, supersteps::Ranks& ranks, const Run& run,
-                 spdlog::logger& log) {
-  if (command.options.resume) io::check_snapshot_is_readable(*command.options.resume);
+int view_command(const RunCommand& command, std::ostream& out, const Ranks& all, spdlog::logger& log) {
+  auto& [ranks, run] = *all.implementation();
+  if (command.resume) io::check_snapshot_is_readable(*command.resume);
   std::optional<Viewer> viewer;
   ranks.together([&] { viewer.emplace(*command.viewer, ranks.is_master()); });
   const SignalWatch watched("", false);
@@ -167,7 +172,7 @@ int view_command(const RunCommand& command, std::ostream& out, supersteps::Ranks
   std::optional<FileWatch> watch;
   std::optional<Lookout> lookout;
   if (ranks.is_master()) {
-    watch.emplace(command.options.resume.value_or(command.options.model));
+    watch.emplace(command.resume.value_or(command.model));
     lookout.emplace(*command.viewer, viewer->server(), *watch);
     out << viewer->server().link() << std::endl;
     if (command.viewer->open) open_in_browser(viewer->server().link(), log);

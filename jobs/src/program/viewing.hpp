@@ -1,10 +1,7 @@
 #pragma once
 
-#include <functional>
 #include <ostream>
 
-#include "bsp2/supersteps/state/run_options.hpp"
-#include "bsp2/supersteps/state/run_result.hpp"
 #include "options/command_line.hpp"
 
 namespace spdlog {
@@ -17,9 +14,6 @@ namespace bsp2::jobs {
 /// closed or a signal comes. Collective.
 /// @return the exit code of the last run.
 /// @throws bsp2::Error if nothing can be served.
-int view_command(
-    const RunCommand& command, std::ostream& out, supersteps::Ranks& ranks,
-    const std::function<supersteps::RunResult(const supersteps::RunOptions&, supersteps::Ranks&)>& run,
-    spdlog::logger& log);
+int view_command(const RunCommand& command, std::ostream& out, const Ranks& ranks, spdlog::logger& log);
 
 }  // namespace bsp2::jobs

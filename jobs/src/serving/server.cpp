@@ -16,7 +16,7 @@
 #include <set>
 #include <thread>
 
-#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/error.hpp"
 #include "serving/reader.hpp"
 
 namespace bsp2::jobs {

@@ -11,8 +11,6 @@
 namespace bsp2::jobs {
 namespace {
 
-using supersteps::SuperstepRecord;
-
 /// Six digits of bytes, or what comes near.
 std::string bytes_text(std::uint64_t bytes) {
   if (bytes < 1000000) return grouped(bytes) + " B";
@@ -27,7 +25,7 @@ double median(std::vector<double> values) {
 }
 
 /// The largest h-relation of a rank.
-std::uint64_t h_of(const SuperstepRecord& record) {
+std::uint64_t h_of(const Superstep& record) {
   std::uint64_t h = 0;
   for (const auto* bytes : {&record.bytes_sent, &record.bytes_received})
     for (const std::uint64_t value : *bytes) h = std::max(h, value);
@@ -35,14 +33,14 @@ std::uint64_t h_of(const SuperstepRecord& record) {
 }
 
 /// What of it travelled while workers computed.
-std::uint64_t hidden_of(const SuperstepRecord& record) {
+std::uint64_t hidden_of(const Superstep& record) {
   const std::uint64_t hidden =
       record.hidden_bytes.empty() ? 0
                                   : *std::max_element(record.hidden_bytes.begin(), record.hidden_bytes.end());
   return std::min(hidden, h_of(record));
 }
 
-void print_record(std::ostream& out, const SuperstepRecord& record) {
+void print_record(std::ostream& out, const Superstep& record) {
   const auto [least, most] = std::minmax_element(record.work_seconds.begin(), record.work_seconds.end());
   out << fmt::format("  {:<12}{:>4}{:>8.3f}{:>8.3f}{:>8.3f}{:>10}{:>11}{:>8.3f}{:>8.3f}\n", record.name,
                      record.step, *least, median(record.work_seconds), *most, bytes_text(h_of(record)),
@@ -52,11 +50,11 @@ void print_record(std::ostream& out, const SuperstepRecord& record) {
 }
 
 /// A run that is resumed begins with this, as the first one did.
-bool begins_session(const SuperstepRecord& record) { return record.name == "compilation"; }
+bool begins_session(const Superstep& record) { return record.name == "compilation"; }
 
 }  // namespace
 
-void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& records) {
+void print_supersteps(std::ostream& out, const std::vector<Superstep>& records) {
   out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min",
                      "median", "max", "h", "cells", "seconds", "w+gh+l");
   double hidden = 0, waited = 0;  // on all ranks together
@@ -64,7 +62,7 @@ void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& rec
   std::size_t ranks = 0;
   const bool was_resumed = std::count_if(records.begin(), records.end(), begins_session) > 1;
   unsigned session = 0;
-  for (const SuperstepRecord& record : records) {
+  for (const Superstep& record : records) {
     if (record.seconds.empty()) continue;
     if (begins_session(record) && was_resumed)
       out << fmt::format("  session {}, {}\n", ++session, counted(record.seconds.size(), "# rank[s]"));
@@ -82,19 +80,6 @@ void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& rec
   if (hidden_h > 0)
     out << fmt::format("  of all h, {}, {:.0f} % was hidden behind their work\n", bytes_text(h),
                        100 * static_cast<double>(hidden_h) / static_cast<double>(h));
-}
-
-std::string to_csv(const std::vector<SuperstepRecord>& records) {
-  std::string text =
-      "superstep,step,rank,seconds,work_seconds,hidden_seconds,bytes_sent,bytes_received,hidden_bytes,cells,"
-      "predicted_seconds\n";
-  for (const SuperstepRecord& record : records)
-    for (std::size_t rank = 0; rank < record.seconds.size(); ++rank)
-      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", record.name, record.step, rank,
-                          record.seconds[rank], record.work_seconds[rank], record.hidden_seconds[rank],
-                          record.bytes_sent[rank], record.bytes_received[rank], record.hidden_bytes[rank],
-                          record.cells[rank], record.predicted_seconds);
-  return text;
 }
 
 }  // namespace bsp2::jobs

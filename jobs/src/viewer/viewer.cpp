@@ -10,8 +10,8 @@
 #include <set>
 #include <utility>
 
+#include "bsp2/error.hpp"
 #include "bsp2/geometry/support/counted.hpp"
-#include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/module.hpp"
 #include "viewer/levels.hpp"
 #include "viewer/message.hpp"
@@ -235,8 +235,9 @@ supersteps::Steering Viewer::steer() {
   if (steps_ == 0) seconds_of_steps_ = 0;
   seconds_of_steps_ += since;
   const bool coarse_first = !command_.order && seconds_of_steps_ < coarse_seconds;
-  steering.order =
-      coarse_first ? supersteps::Order::priority : command_.order.value_or(supersteps::Order::depth);
+  steering.order = coarse_first                        ? supersteps::Order::priority
+                   : command_.order == Order::priority ? supersteps::Order::priority
+                                                       : supersteps::Order::depth;
   if (!command_.order || command_.follows_eye) {
     const std::lock_guard lock(mutex_);
     steering.eye = camera_;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bsp2/model/expression/colour.hpp"
-#include "bsp2/model/expression/suggestion.hpp"
+#include "bsp2/geometry/support/suggestion.hpp"
 #include "builder/matrix.hpp"
 #include "csg/csg_construct_nodes.hpp"
 #include "csg/csg_primitive_nodes.hpp"

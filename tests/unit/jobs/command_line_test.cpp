@@ -7,10 +7,12 @@
 #include <sstream>
 
 #include "answers/point_query.hpp"
-#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/api/evaluation/run_options.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/model/expression/csg.hpp"
-#include "options/picture_options.hpp"
+#include "outputs/film.hpp"
+#include "outputs/outputs.hpp"
+#include "outputs/pictures.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::jobs {
@@ -21,6 +23,13 @@ using Paths = std::vector<std::filesystem::path>;
 RunCommand parsed(const std::vector<std::string>& arguments) {
   std::ostringstream out;
   return parse_command_line(arguments, out).value();
+}
+
+/// What the engine is asked for.
+supersteps::RunOptions found_by(const RunCommand& command) {
+  Options options = command.options;
+  options.outputs_only = !command.points;
+  return run_options(options);
 }
 
 std::string message_for(const std::vector<std::string>& arguments) {
@@ -35,35 +44,37 @@ std::string message_for(const std::vector<std::string>& arguments) {
 
 TEST(CommandLine, WithoutOptionsNothingIsWrittenAndNoMeshIsHeld) {
   const RunCommand command = parsed({"run", "a.csg"});
-  EXPECT_EQ(command.options.model, "a.csg");
-  EXPECT_FALSE(command.options.collect_cells);
-  EXPECT_FALSE(command.options.boundary);
-  EXPECT_FALSE(command.folder || command.mesh || !command.boundaries.empty() || command.picture ||
-               command.report);
+  EXPECT_EQ(command.model, "a.csg");
+  EXPECT_FALSE(found_by(command).collect_cells);
+  EXPECT_FALSE(found_by(command).boundary);
+  const Outputs& outputs = command.options.outputs;
+  EXPECT_FALSE(outputs.folder || outputs.cells || !outputs.surfaces.empty() || outputs.picture ||
+               outputs.report);
   EXPECT_TRUE(command.options.keep_in && command.options.keep_fuzzy && !command.options.keep_out);
 }
 
 TEST(CommandLine, AFolderNamesAllOutputs) {
   const RunCommand command = parsed({"run", "a.csg", "-o", "dir", "--picture", "p.png"});
-  EXPECT_TRUE(command.options.collect_cells);
-  EXPECT_EQ(command.mesh, "dir/solid.pvtu");
-  EXPECT_EQ(command.report, "dir/report.json");
-  EXPECT_EQ(command.picture, "p.png");
-  EXPECT_EQ(command.boundaries, Paths{"dir/boundary.stl"});
-  EXPECT_TRUE(command.options.boundary);
+  EXPECT_TRUE(found_by(command).collect_cells);
+  EXPECT_EQ(command.options.outputs.cells, "dir/solid.pvtu");
+  EXPECT_EQ(command.options.outputs.report, "dir/report.json");
+  EXPECT_EQ(command.options.outputs.picture, "p.png");
+  EXPECT_EQ(command.options.outputs.surfaces, Paths{"dir/boundary.stl"});
+  EXPECT_TRUE(found_by(command).boundary);
 }
 
 TEST(CommandLine, ABoundaryNeedsInCellsAndAKnownEnding) {
   const RunCommand command = parsed({"run", "a.csg", "--boundary", "b.ply"});
-  EXPECT_EQ(command.boundaries, Paths{"b.ply"});
-  EXPECT_TRUE(command.options.boundary && command.options.collect_cells);
-  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--boundary", "b.obj", "--boundary", "b.3mf"}).boundaries,
+  EXPECT_EQ(command.options.outputs.surfaces, Paths{"b.ply"});
+  EXPECT_TRUE(found_by(command).boundary && found_by(command).collect_cells);
+  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--boundary", "b.obj", "--boundary", "b.3mf"})
+                .options.outputs.surfaces,
             (Paths{"b.obj", "b.3mf"}));
   EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.vtu"}).find("'b.vtu' must end in .3mf, .amf,"),
             std::string::npos);
   EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.stl", "--keep", "out"}).find("--keep in"),
             std::string::npos);
-  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).boundaries, Paths{});
+  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).options.outputs.surfaces, Paths{});
 }
 
 TEST(CommandLine, CurvedAndToleranceReachTheRun) {
@@ -127,7 +138,7 @@ TEST(CommandLine, FormatsOfSurfacesAreListed) {
 
 TEST(CommandLine, AFolderIsNoSurface) {
   EXPECT_NE(message_for({"run", "a.csg", "-o", "part.stl"}).find("--boundary"), std::string::npos);
-  EXPECT_EQ(parsed({"run", "a.csg", "-o", "part.v2"}).folder, "part.v2");
+  EXPECT_EQ(parsed({"run", "a.csg", "-o", "part.v2"}).options.outputs.folder, "part.v2");
 }
 
 TEST(CommandLine, OptionsReachTheRun) {
@@ -138,12 +149,11 @@ TEST(CommandLine, OptionsReachTheRun) {
   EXPECT_EQ(options.threads, 3U);
   EXPECT_EQ(options.regions, 5U);
   EXPECT_EQ(options.level, 7U);
-  EXPECT_DOUBLE_EQ(options.budget_seconds.value(), 0.5);
+  EXPECT_DOUBLE_EQ(options.budget.value(), 0.5);
   EXPECT_EQ(options.cells, 100U);
   EXPECT_EQ(options.coincidence, 0.0);
-  EXPECT_EQ(options.order, supersteps::Order::priority);
+  EXPECT_EQ(options.order, Order::priority);
   EXPECT_TRUE(options.keep_in && !options.keep_fuzzy && options.keep_out);
-  EXPECT_EQ(options.model, "a.csg");
 }
 
 /// The eye of --angle and --order view has any number of coordinates, and needs no picture.
@@ -172,17 +182,16 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
                              "region", "--size", "640x480"})
       arguments.emplace_back(more);
     const RunCommand command = parsed(arguments);
-    EXPECT_EQ(command.picture, "p.svg");
-    EXPECT_EQ(command.view.format, supersteps::PictureFormat::svg);
-    EXPECT_EQ(command.view.eye, (std::array{1.0, -2.5, 30.0}));
-    EXPECT_EQ(command.view.look, (std::array{0.0, 0.0, 1.0}));
-    EXPECT_EQ(command.view.explode, 0.5);
-    EXPECT_EQ(command.view.edges, supersteps::Edges::cells);
-    EXPECT_EQ(command.view.shade, supersteps::Shade::region);
-    EXPECT_EQ(command.view.width, 640);
-    EXPECT_EQ(command.view.height, 480);
+    EXPECT_EQ(command.options.outputs.picture, "p.svg");
+    EXPECT_EQ(command.options.outputs.view.eye, (std::array{1.0, -2.5, 30.0}));
+    EXPECT_EQ(command.options.outputs.view.look, (std::array{0.0, 0.0, 1.0}));
+    EXPECT_EQ(command.options.outputs.view.explode, 0.5);
+    EXPECT_EQ(command.options.outputs.view.edges, "cells");
+    EXPECT_EQ(command.options.outputs.view.shade, "region");
+    EXPECT_EQ(command.options.outputs.view.width, 640);
+    EXPECT_EQ(command.options.outputs.view.height, 480);
   }
-  EXPECT_EQ(parsed({"render", "a.h5", "-o", "p.png", "--look", "3,-4"}).view.look,
+  EXPECT_EQ(parsed({"render", "a.h5", "-o", "p.png", "--look", "3,-4"}).options.outputs.view.look,
             (std::array{3.0, -4.0, 0.0}));
   EXPECT_NE(message_for({"render", "a.h5", "-o", "p.png", "--eye", "3,-4"}).find("--look X,Y"),
             std::string::npos);
@@ -193,9 +202,9 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
       message_for({"render", "a.h5", "-o", "p.png", "--shade", "rank"}).find("does not tell who computed"),
       std::string::npos);
   EXPECT_NE(message_for({"run", "a", "--edges"}).find("--picture"), std::string::npos);
-  EXPECT_EQ(parsed({"run", "--edges", "a.csg", "--picture", "a.png"}).view.edges, supersteps::Edges::cells);
-  EXPECT_EQ(parsed({"run", "a.csg", "--edges", "feature", "--picture", "a.png"}).view.edges,
-            supersteps::Edges::feature);
+  EXPECT_EQ(parsed({"run", "--edges", "a.csg", "--picture", "a.png"}).options.outputs.view.edges, "cells");
+  EXPECT_EQ(parsed({"run", "a.csg", "--edges", "feature", "--picture", "a.png"}).options.outputs.view.edges,
+            "feature");
   EXPECT_NE(message_for({"run", "a.csg", "--picture", "a.png", "--edges", "features"})
                 .find("did you mean 'feature'?"),
             std::string::npos);
@@ -208,11 +217,13 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
 TEST(CommandLine, AnimationsMoveFromTheFirstPictureToTheLast) {
   const RunCommand command = parsed({"render", "a.h5", "-o", "f.apng", "--turntable", "4", "--explode", "0:3",
                                      "--sweep-section", "y:-1:8", "--grow", "--size", "90x80"});
-  ASSERT_TRUE(command.film);
-  EXPECT_EQ(command.film->count, 4U);
-  EXPECT_EQ(command.film->rate, 25);
+  const auto& film = command.options.outputs.film;
+  const auto looks = api::picture_options(command.options.outputs.view, supersteps::PictureFormat::png);
+  ASSERT_TRUE(film);
+  EXPECT_EQ(film->count, 4U);
+  EXPECT_EQ(film->rate, 25);
   for (unsigned i = 0; i < 4; ++i) {
-    const auto view = view_of(*command.film, command.view, i, 9);
+    const auto view = api::view_of(*film, looks, i, 9);
     EXPECT_EQ(view.turn, 90 * i);
     EXPECT_EQ(view.explode, i);
     ASSERT_TRUE(view.section);
@@ -222,17 +233,18 @@ TEST(CommandLine, AnimationsMoveFromTheFirstPictureToTheLast) {
     EXPECT_EQ(view.most_level, 3 * i);
     EXPECT_EQ(view.width, 90);
   }
-  EXPECT_FALSE(parsed({"render", "a.h5", "-o", "p.png", "--explode", "2"}).film);
+  EXPECT_FALSE(parsed({"render", "a.h5", "-o", "p.png", "--explode", "2"}).options.outputs.film);
   samples::TemporaryFolder folder;
   const std::string path = folder.path() / "path.txt";
   std::ofstream(path) << "# eyes\n1 2 3\n\n5,2,3  0 0 1 # and what is looked at\n5 4 3\n";
-  const auto along = parsed({"render", "a.h5", "-o", "f.apng", "--path", path, "--count", "5"}).film;
+  const auto along =
+      parsed({"render", "a.h5", "-o", "f.apng", "--path", path, "--count", "5"}).options.outputs.film;
   ASSERT_TRUE(along);
-  const auto eye = [&](unsigned i) { return view_of(*along, {}, i, 0).eye.value(); };
+  const auto eye = [&](unsigned i) { return api::view_of(*along, {}, i, 0).eye.value(); };
   EXPECT_EQ(eye(0), (std::array{1.0, 2.0, 3.0}));
   EXPECT_EQ(eye(1), (std::array{3.0, 2.0, 3.0}));
   EXPECT_EQ(eye(4), (std::array{5.0, 4.0, 3.0}));
-  EXPECT_EQ(view_of(*along, {}, 1, 0).look, (std::array{0.0, 0.0, 1.0}));
+  EXPECT_EQ(api::view_of(*along, {}, 1, 0).look, (std::array{0.0, 0.0, 1.0}));
   const auto fails = [&](std::vector<std::string> more, const std::string& text) {
     std::vector<std::string> arguments{"render", "a.h5", "-o"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -256,22 +268,22 @@ TEST(CommandLine, AnimationsMoveFromTheFirstPictureToTheLast) {
 
 TEST(CommandLine, FramesAreStepsOfTheirOwn) {
   const RunCommand command = parsed({"run", "a.csg", "--frames", "out/f_"});
-  EXPECT_EQ(command.frames, "out/f_");
-  EXPECT_EQ(command.options.budget_seconds, 1.0);
-  EXPECT_TRUE(command.options.collect_cells);
-  EXPECT_EQ(parsed({"run", "a.csg", "--frames", "f", "--budget", "3s"}).options.budget_seconds, 3.0);
+  EXPECT_EQ(command.options.outputs.frames, "out/f_");
+  EXPECT_EQ(command.options.budget, 1.0);
+  EXPECT_TRUE(found_by(command).collect_cells);
+  EXPECT_EQ(parsed({"run", "a.csg", "--frames", "f", "--budget", "3s"}).options.budget, 3.0);
   const RunCommand series = parsed({"run", "a.csg", "--series", "a.pvd", "--tets"});
-  EXPECT_EQ(series.series, "a.pvd");
-  EXPECT_EQ(series.options.budget_seconds, 1.0);
+  EXPECT_EQ(series.options.outputs.series, "a.pvd");
+  EXPECT_EQ(series.options.budget, 1.0);
   EXPECT_NE(message_for({"run", "a.csg", "--series", "a.vtu"}).find("must end in .pvd"), std::string::npos);
-  EXPECT_EQ(frame_path("out/f_", 7), "out/f_0007.png");
-  EXPECT_EQ(frame_path("out/", 12345), "out/12345.png");
+  EXPECT_EQ(api::frame_path("out/f_", 7), "out/f_0007.png");
+  EXPECT_EQ(api::frame_path("out/", 12345), "out/12345.png");
 }
 
 TEST(CommandLine, ExportsSurfacesAndCells) {
-  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.vtp"}).boundaries, Paths{"b.vtp"});
-  EXPECT_TRUE(parsed({"export", "a.h5", "-o", "b.stl"}).options.boundary);
-  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.pvtu"}).mesh, "b.pvtu");
+  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.vtp"}).options.outputs.surfaces, Paths{"b.vtp"});
+  EXPECT_TRUE(found_by(parsed({"export", "a.h5", "-o", "b.stl"})).boundary);
+  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.pvtu"}).options.outputs.cells, "b.pvtu");
   EXPECT_FALSE(parsed({"export", "a.h5", "-o", "b.pvtu"}).options.snapshot);
   EXPECT_NE(message_for({"export", "a.h5", "-o", "b.dwg"}), "");
   EXPECT_NE(message_for({"export", "a.h5", "-o", "b.stl", "--tets"}), "");
@@ -280,7 +292,7 @@ TEST(CommandLine, ExportsSurfacesAndCells) {
 TEST(CommandLine, QueriesReadPointsOfTheDimension) {
   const RunCommand command = parsed({"query", "a.h5", "--points", "p.txt", "--json"});
   EXPECT_EQ(command.points, "p.txt");
-  EXPECT_TRUE(command.json && command.quiet && command.options.collect_cells);
+  EXPECT_TRUE(command.json && command.quiet && found_by(command).collect_cells);
   EXPECT_NE(message_for({"query", "a.h5"}), "");
   std::istringstream text("# two points\n\n1 2,3  # the first\n\t-1e3, 0 0.5\n");
   EXPECT_EQ(read_points(text, "p", 3), (std::vector<double>{1, 2, 3, -1000, 0, 0.5}));
@@ -298,14 +310,13 @@ TEST(CommandLine, QueriesReadPointsOfTheDimension) {
   }
   std::ostringstream out;
   const double points[] = {0.5, 0.25, 4, 1};
-  print_answers(out, points,
-                {{geometry::Label::in, 7, 0, 0.1, {0.5, 0.15}}, {geometry::Label::out, -1, -1, 3, {1, 1}}}, 2,
+  print_answers(out, points, {{label::in, label::out}, {7, -1}, {0, -1}, {-0.1, 3}, {0.5, 0.15, 1, 1}}, 2,
                 false);
   EXPECT_EQ(out.str(),
             "x\ty\tlabel\tprimitive\tpart\tdistance\tnearest_x\tnearest_y\n0.5\t0.25\tIN\t7\t0\t-0.1\t0.5\t0."
             "15\n4\t1\tOUT\t-1\t-1\t3\t1\t1\n");
   std::ostringstream named;
-  print_answers(named, std::span(points, 2), {{geometry::Label::in, 7, 1, 0.1, {0.5, 0.15}}}, 2, false,
+  print_answers(named, std::span(points, 2), {{label::in}, {7}, {1}, {-0.1}, {0.5, 0.15}}, 2, false,
                 {"base", "a post"});
   EXPECT_EQ(named.str(),
             "x\ty\tlabel\tprimitive\tpart\tdistance\tnearest_x\tnearest_y\tname\n0.5\t0.25\tIN\t7\t1\t-0."

@@ -10,6 +10,7 @@
 
 #include "answers/progress_bar.hpp"
 #include "answers/summary.hpp"
+#include "bsp2/api/evaluation/ranks.hpp"
 #include "bsp2/api/report/report_json.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "support/sample_mesh.hpp"
@@ -166,8 +167,9 @@ TEST(Summary, FitsATerminalAndGroupsDigits) {
   std::ostringstream out;
   auto report = sample_report();
   report.simplices = {28990, 0.5, 123456, 1.23e-17};
-  print_summary(out, report, true);
-  print_stats(out, report);
+  const Figures figures = api::figures_in(report);
+  print_summary(out, figures, true);
+  print_stats(out, figures);
   EXPECT_NE(out.str().find("123,456,789 cells"), std::string::npos);
   EXPECT_NE(out.str().find("communicated 0.125 s while workers computed, and waited 0.150 s"),
             std::string::npos)
@@ -223,8 +225,7 @@ using Run = std::function<RunResult(const RunOptions&, supersteps::Ranks&)>;
 
 /// The program by one process.
 int start(const std::vector<std::string>& arguments, std::ostream& out, const Run& run) {
-  supersteps::Ranks alone;
-  return program(arguments, out, alone, run);
+  return program(arguments, out, Ranks(std::make_shared<Ranks::Implementation>(supersteps::Ranks(), run)));
 }
 
 TEST(Program, WritesWhatTheFolderNames) {

@@ -454,22 +454,22 @@ TEST(ViewCommand, TellsModelsFromSnapshotsAndSteps) {
   write(snapshot, "\x89HDF\r\n\x1a\n");
   const RunCommand command = parsed({"view", model});
   ASSERT_TRUE(command.viewer);
-  EXPECT_EQ(command.options.model, model);
-  EXPECT_TRUE(command.options.faces && command.options.collect_cells);
+  EXPECT_EQ(command.model, model);
+  EXPECT_TRUE(command.options.faces && !command.options.outputs_only);
   EXPECT_FALSE(command.viewer->order || command.viewer->budget || command.options.steps ||
                command.viewer->stay);
   EXPECT_EQ(command.viewer->address, "127.0.0.1");
   const RunCommand saved = parsed({"view", snapshot, "--stay", "--port", "4711"});
-  EXPECT_EQ(saved.options.resume, snapshot);
+  EXPECT_EQ(saved.resume, snapshot);
   EXPECT_EQ(saved.options.steps, 0U);
   EXPECT_EQ(saved.viewer->port, 4711);
   EXPECT_TRUE(saved.viewer->stay);
   const RunCommand steered =
       parsed({"view", model, "--order", "view", "--budget", "500ms", "--eye", "1,2,3"});
   EXPECT_TRUE(steered.viewer->follows_eye);
-  EXPECT_EQ(steered.viewer->order, supersteps::Order::priority);
+  EXPECT_EQ(steered.viewer->order, Order::priority);
   EXPECT_EQ(steered.viewer->budget, 0.5);
-  EXPECT_FALSE(steered.options.budget_seconds);
+  EXPECT_FALSE(steered.options.budget);
   EXPECT_EQ(steered.viewer->eye, (std::vector<double>{1, 2, 3}));
   EXPECT_FALSE(parsed({"run", model}).viewer);
 }

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "bsp2/bsp2.hpp"
 #include "bsp2/drawing/sheets/drawing.hpp"
+#include "bsp2/outputs.hpp"
 #include "bsp2/supersteps/ranks/ranks.hpp"
 #include "bsp2/supersteps/state/run_options.hpp"
 #include "bsp2/supersteps/state/run_result.hpp"

@@ -1,11 +1,11 @@
-#include "bsp2/model/expression/suggestion.hpp"
+#include "bsp2/geometry/support/suggestion.hpp"
 
 #include <algorithm>
 #include <iterator>
 #include <utility>
 #include <vector>
 
-namespace bsp2::model {
+namespace bsp2 {
 namespace {
 
 /// Words of which nobody makes the other by a slip are told apart before any table is filled.
@@ -57,4 +57,4 @@ std::string suggestion(std::string_view word, std::span<const std::string_view> 
   return nearest.empty() ? std::string() : "; did you mean '" + std::string(nearest) + "'?";
 }
 
-}  // namespace bsp2::model
+}  // namespace bsp2

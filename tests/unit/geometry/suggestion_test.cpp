@@ -1,4 +1,4 @@
-#include "bsp2/model/expression/suggestion.hpp"
+#include "bsp2/geometry/support/suggestion.hpp"
 
 #include <gtest/gtest.h>
 

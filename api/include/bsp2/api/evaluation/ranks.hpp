@@ -7,13 +7,21 @@
 
 #include "bsp2/bsp2.hpp"
 #include "bsp2/supersteps/ranks/ranks.hpp"
+#include "bsp2/supersteps/state/run_options.hpp"
+#include "bsp2/supersteps/state/run_result.hpp"
 
 namespace bsp2 {
 
 class Ranks::Implementation {
  public:
-  explicit Implementation(supersteps::Ranks made) : ranks(std::move(made)) {}
+  using Engine = std::function<supersteps::RunResult(const supersteps::RunOptions&, supersteps::Ranks&)>;
+
+  explicit Implementation(supersteps::Ranks made);
+  /// @param evaluates instead of the loop of supersteps: tests can do without one.
+  Implementation(supersteps::Ranks made, Engine evaluates)
+      : ranks(std::move(made)), engine(std::move(evaluates)) {}
   supersteps::Ranks ranks;
+  Engine engine;
 };
 
 /// Does something of the rooms: whatever is thrown leaves as bsp2::Error, or std::bad_alloc.

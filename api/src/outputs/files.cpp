@@ -1,0 +1,138 @@
+#include "outputs/files.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <string>
+#include <system_error>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/io/files/file.hpp"
+#include "bsp2/io/outputs/animation.hpp"
+#include "bsp2/io/outputs/sheet.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
+#include "bsp2/io/outputs/solver_mesh.hpp"
+#include "bsp2/io/outputs/surface.hpp"
+#include "bsp2/io/outputs/vtu.hpp"
+#include "outputs/drawings.hpp"
+#include "outputs/pictures.hpp"
+
+namespace bsp2::api {
+namespace fs = std::filesystem;
+namespace {
+
+/// Whether two paths, however they are written, lead to one place, be there a file yet or not.
+bool are_one_file(const fs::path& a, const fs::path& b) {
+  std::error_code unknown;
+  return fs::weakly_canonical(fs::absolute(a, unknown), unknown) ==
+         fs::weakly_canonical(fs::absolute(b, unknown), unknown);
+}
+
+/// Each output needs a name of its own.
+void check_names(const Writing& writing) {
+  std::vector<fs::path> files;
+  const auto add = [&](const std::optional<fs::path>& file) {
+    if (!file) return;
+    for (const fs::path& other : files)
+      if (are_one_file(*file, other) &&
+          (!fs::exists(*file) || fs::is_regular_file(*file)))  // a device may take several
+        throw Error("two outputs would be written to one file, '" + file->string() +
+                    "': give each its own name");
+    files.push_back(*file);
+  };
+  for (const auto& file : files_of(writing)) add(file);
+  add(writing.run.snapshot);
+  const auto& copy = writing.files.snapshot;
+  if (copy && !(writing.run.snapshot && are_one_file(*copy, *writing.run.snapshot)))
+    add(copy);  // else it is there already
+}
+
+void check_ending(const fs::path& file, bool is_known, const std::string& endings) {
+  if (!is_known) throw Error("cannot write '" + file.string() + "': it must end in " + endings);
+}
+
+/// What the program has told in words of its own already.
+void check_formats(const Writing& writing) {
+  const Outputs& files = writing.files;
+  if (files.cells) check_ending(*files.cells, files.cells->extension() == ".pvtu", ".pvtu");
+  if (files.series) check_ending(*files.series, files.series->extension() == ".pvd", ".pvd");
+  for (const fs::path& file : files.surfaces)
+    check_ending(file, io::surface_format(file) != nullptr, io::surface_endings());
+  if (files.film && !files.picture) throw Error("an animation needs the name of a file: outputs.picture");
+  if (files.picture && !files.film) picture_options(files.view, format_of(*files.picture));
+  if (files.drawing)
+    for (const fs::path& file : files.drawing->files)
+      check_ending(file, io::sheet_format(file).has_value(), ".svg, .pdf or .dxf");
+  if (files.solver_mesh) {
+    const fs::path& file = files.solver_mesh->file;
+    check_ending(file, io::solver_format(file).has_value(), io::solver_endings());
+  }
+  if (files.clean && !(*files.clean >= 0 && std::isfinite(*files.clean)))
+    throw Error("clean is a length, 0 or more");
+  if (!files.surfaces.empty() && !writing.run.keep_in)
+    throw Error("the IN cells have the surface: evaluate with keep_in");
+}
+
+}  // namespace
+
+std::vector<fs::path> files_of(const Writing& writing) {
+  std::vector<fs::path> files;
+  if (writing.files.cells) files.push_back(*writing.files.cells);
+  files.insert(files.end(), writing.files.surfaces.begin(), writing.files.surfaces.end());
+  for (const auto& file :
+       {writing.files.picture, writing.files.report, writing.files.table, writing.files.series})
+    if (file) files.push_back(*file);
+  if (writing.files.drawing)
+    files.insert(files.end(), writing.files.drawing->files.begin(), writing.files.drawing->files.end());
+  if (writing.files.solver_mesh &&
+      io::solver_format(writing.files.solver_mesh->file) != io::SolverFormat::openfoam)
+    files.push_back(writing.files.solver_mesh->file);
+  return files;
+}
+
+void check_files(const Writing& writing) {
+  check_formats(writing);
+  check_names(writing);
+  if (writing.files.folder) io::check_folder(*writing.files.folder);
+  for (const auto& snapshot : {writing.run.snapshot, writing.files.snapshot})
+    if (snapshot) io::check_snapshot_path(*snapshot);
+  if (writing.files.cells || writing.files.series) io::check_vtu();
+  for (const fs::path& file : writing.files.surfaces) io::check_surface_file(file);
+  if (writing.files.film) io::Animation::check(*writing.files.picture);
+  if (writing.files.picture || writing.files.frames) supersteps::check_pictures();
+  if (writing.files.drawing) check_drawing(*writing.files.drawing, writing.dashes);
+  if (writing.files.frames) io::check_folder(io::folder_of(frame_path(*writing.files.frames, 0)));
+  for (const fs::path& file : files_of(writing)) {
+    io::check_folder(io::folder_of(file));
+    std::error_code error;
+    if (!file.has_filename() || fs::is_directory(file, error))
+      throw Error("cannot write '" + file.string() + "': it is a directory");
+    if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
+      throw Error("cannot write '" + file.string() + "': " + error.message());
+    if (fs::exists(file, error) && ::access(file.c_str(), W_OK) != 0)
+      throw Error("cannot write '" + file.string() + "': " + std::generic_category().message(errno));
+    if (fs::equivalent(file, writing.run.resume.value_or(writing.run.model), error))
+      throw Error("cannot write '" + file.string() + "': it is the input itself");
+  }
+}
+
+std::vector<fs::path> written_files(const Writing& writing, const supersteps::RunReport& report) {
+  std::vector<fs::path> files;
+  const auto add = [&](const std::optional<fs::path>& file) {
+    std::error_code ignored;
+    if (!file || !fs::is_regular_file(*file, ignored)) return;
+    const bool is_named = std::any_of(files.begin(), files.end(),
+                                      [&](const fs::path& other) { return are_one_file(*file, other); });
+    const bool has_failed =
+        std::any_of(report.failed.begin(), report.failed.end(),
+                    [&](const supersteps::FailedOutput& failed) { return failed.file == *file; });
+    if (!is_named && !has_failed) files.push_back(*file);
+  };
+  for (const auto& file : files_of(writing)) add(file);
+  for (const auto& snapshot : {writing.run.snapshot, writing.files.snapshot}) add(snapshot);
+  return files;
+}
+
+}  // namespace bsp2::api
