@@ -1,4 +1,4 @@
-// What comes from bsp2: messages of a header in JSON and arrays of numbers, see jobs/src/viewer/message.hpp.
+// What comes from bsp2: messages of a header in JSON and arrays of numbers, see api/src/viewer/message.hpp.
 
 const types = { u8: Uint8Array, u16: Uint16Array, u32: Uint32Array, i32: Int32Array, f32: Float32Array };
 

@@ -9,6 +9,7 @@
 #include "bsp2/formats.hpp"
 #include "bsp2/outputs.hpp"
 #include "bsp2/queue.hpp"
+#include "bsp2/viewing.hpp"
 
 /// Solids as expressions, evaluated to convex cells: the one header of whoever uses the library. Manual:
 /// docs/api.md; what the nodes mean: docs/model.md and docs/expressions.md.

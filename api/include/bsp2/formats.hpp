@@ -27,6 +27,9 @@ struct FileFormat {
 };
 BSP2_API FileFormat file_format(const std::filesystem::path& path);
 
+/// By its first bytes.
+BSP2_API bool is_snapshot(const std::filesystem::path& file);
+
 /// Lists for messages: ".3mf, .amf, ... or .x3d".
 struct Endings {
   std::string surfaces, outlines, solver_meshes;

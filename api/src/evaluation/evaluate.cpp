@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "bsp2/api/evaluation/run_options.hpp"
 #include "bsp2/api/products/drawings.hpp"
 #include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/io/files/file.hpp"
@@ -13,49 +14,11 @@
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "evaluation/patience.hpp"
 #include "evaluation/result.hpp"
-#include "bsp2/api/evaluation/run_options.hpp"
+#include "evaluation/told.hpp"
 #include "outputs/outputs.hpp"
 
 namespace bsp2 {
 namespace {
-
-/// Tells somebody, on the master, how far the work is, as long as this lives; who listened to supersteps
-/// before still does.
-class Told {
- public:
-  Told(supersteps::Ranks& ranks, const std::function<void(const Progress&)>& tell)
-      : ranks_(ranks), before_(ranks.on_superstep), tell_(ranks.is_master() ? tell : nullptr) {
-    if (!tell_) return;
-    ranks.on_superstep = [this](const std::string& name, unsigned step) {
-      begin(name);
-      if (before_) before_(name, step);
-    };
-  }
-  ~Told() { ranks_.on_superstep = before_; }
-  Told(const Told&) = delete;
-  Told& operator=(const Told&) = delete;
-
-  /// A superstep, or a file that is written.
-  void begin(const std::string& what) {
-    if (!tell_) return;
-    now_.superstep = what;
-    now_.done = 0;
-    ++now_.begun;
-    tell_(now_);
-  }
-  void show(double done, std::uint64_t cells) {
-    if (!tell_) return;
-    now_.done = done;
-    if (cells > 0) now_.cells = cells;
-    tell_(now_);
-  }
-
- private:
-  supersteps::Ranks& ranks_;
-  std::function<void(const std::string&, unsigned)> before_;
-  std::function<void(const Progress&)> tell_;
-  Progress now_;
-};
 
 /// What one rank alone does ends wherever it is, as long as this lives; several agree on it where they meet.
 /// What is asked once to end is so to the end.

@@ -1,5 +1,7 @@
 #include "bsp2/formats.hpp"
 
+#include <fstream>
+
 #include "bsp2/api/evaluation/ranks.hpp"
 #include "bsp2/api/products/drawings.hpp"
 #include "bsp2/api/products/group_rule.hpp"
@@ -31,6 +33,12 @@ FileFormat file_format(const std::filesystem::path& path) {
     }
     return format;
   });
+}
+
+bool is_snapshot(const std::filesystem::path& file) {
+  char bytes[4] = {};  // of HDF5
+  std::ifstream(file, std::ios::binary).read(bytes, sizeof bytes);
+  return std::string_view(bytes, sizeof bytes) == "\x89HDF";
 }
 
 Endings endings() {

@@ -13,15 +13,8 @@
 namespace bsp2::jobs {
 
 /// What `view` was asked for.
-struct ViewCommand {
-  std::string address = "127.0.0.1";  ///< that is listened to, as numbers
-  std::uint16_t port = 0;             ///< 0: one that is free
-  bool open = false, stay = false;
-  std::uint64_t triangles = 1500000;  ///< that are sent of cells, and of a surface
-  std::optional<double> budget;       ///< seconds between two pictures
-  std::optional<Order> order;         ///< none: the largest first, and soon depth first
-  bool follows_eye = false;           ///< what looks largest from where a page looks is refined first
-  std::vector<double> eye;            ///< of the page at first; empty: by the model
+struct ViewCommand : ViewerOptions {
+  bool open = false;  ///< the link, in the browser
 };
 
 /// What `jobs` was asked for.

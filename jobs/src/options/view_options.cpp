@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 
 #include "options/checks.hpp"
 #include "options/picture_options.hpp"
@@ -18,13 +17,6 @@ constexpr auto view_footer =
     "\n"
     "The link works on this machine alone, and for those alone who have it. The\n"
     "command ends with the run and the last page; closing pages stops no run.";
-
-/// A snapshot, by its first bytes: those of HDF5.
-bool is_snapshot(const std::filesystem::path& file) {
-  char bytes[4] = {};
-  std::ifstream(file, std::ios::binary).read(bytes, sizeof bytes);
-  return std::string_view(bytes, sizeof bytes) == "\x89HDF";
-}
 
 }  // namespace
 
@@ -94,8 +86,6 @@ void finish_view_command(RunCommand& command, const std::string& order, const st
   viewer.follows_eye = order == "view";
   viewer.budget = options.budget;
   options.budget.reset();
-  if (command.resume) options.steps = 0;  // nothing is computed, only shown as it is
-  options.surface = options.faces = options.keep_in;
 }
 
 }  // namespace bsp2::jobs

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <random>
 #include <numbers>
+#include <random>
 #include <set>
 #include <sstream>
 #include <string>

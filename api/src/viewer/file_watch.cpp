@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace {
 
 namespace fs = std::filesystem;
@@ -82,4 +82,4 @@ bool FileWatch::has_changed() {
   return changed_;
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -11,7 +11,7 @@
 
 #include "bsp2/supersteps/state/run_result.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// Positions of 16 bits a coordinate in a box: the lattice of a power of two that the box just fits into. So
 /// where boxes of about one size meet, their points are the same.
@@ -88,4 +88,4 @@ inline constexpr double feature_degrees = 30;
 /// @param most triangles of all pieces together: where there are more, points near each other become one.
 std::vector<std::string> surface_messages(std::uint64_t run, const geometry::Brep& brep, std::size_t most);
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -11,7 +11,7 @@
 #include "serving/gaze.hpp"
 #include "serving/scene.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// Levels that have been asked for: made at first, and kept as long as there is room. Of one thread.
 class Levels {
@@ -71,4 +71,4 @@ class Reader {
   void plan();
 };
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

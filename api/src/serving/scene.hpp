@@ -13,7 +13,7 @@
 
 #include "serving/detail.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// What there is to see, as messages under keys: the newest of each key, in the order in which they came.
 ///
@@ -65,4 +65,4 @@ class Scene {
   void tell();
 };
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 Scene::Bytes Levels::at(const Scene::Entry& entry, int level) {
   if (!entry.detail || level <= entry.detail->finest) return entry.bytes;
@@ -91,4 +91,4 @@ void Reader::plan() {
       to_come_.push_back({each.number, each.difference > 0 || is_even});
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

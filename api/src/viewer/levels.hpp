@@ -4,7 +4,7 @@
 
 #include "serving/scene.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// A region or piece message on a coarser lattice, its level the exponent of the step. Points go to the
 /// nearest place; triangles of which two corners have become one are left out, and owners without any; other
@@ -17,4 +17,4 @@ std::string coarser(const std::string& bytes, int level);
 /// Puts a region or piece message into a scene, with its levels.
 void put_detailed(Scene& scene, const std::string& key, std::string bytes);
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -19,7 +19,7 @@
 #include "bsp2/error.hpp"
 #include "serving/reader.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace {
 
 namespace asio = boost::asio;
@@ -365,4 +365,4 @@ unsigned Server::pages() const { return implementation_->pages(); }
 unsigned Server::visits() const { return implementation_->visits(); }
 std::uint64_t Server::bytes_sent() const { return implementation_->bytes_sent(); }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstring>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 static_assert(std::endian::native == std::endian::little,
               "the page reads numbers as this machine writes them");
@@ -37,4 +37,4 @@ std::string Message::bytes() const {
   return bytes + header + arrays_;
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

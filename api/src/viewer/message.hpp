@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// What the page is told: a header in JSON, and arrays of numbers.
 ///
@@ -53,4 +53,4 @@ class Message {
   }
 };
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

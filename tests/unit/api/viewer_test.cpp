@@ -1,3 +1,5 @@
+#include "viewer/viewer.hpp"
+
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -31,6 +33,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+using namespace api;
 
 std::map<std::uint32_t, std::vector<std::shared_ptr<const geometry::CellBatch>>> by_region(
     const supersteps::RunResult& result) {
@@ -455,13 +459,11 @@ TEST(ViewCommand, TellsModelsFromSnapshotsAndSteps) {
   const RunCommand command = parsed({"view", model});
   ASSERT_TRUE(command.viewer);
   EXPECT_EQ(command.model, model);
-  EXPECT_TRUE(command.options.faces && !command.options.outputs_only);
   EXPECT_FALSE(command.viewer->order || command.viewer->budget || command.options.steps ||
                command.viewer->stay);
   EXPECT_EQ(command.viewer->address, "127.0.0.1");
   const RunCommand saved = parsed({"view", snapshot, "--stay", "--port", "4711"});
   EXPECT_EQ(saved.resume, snapshot);
-  EXPECT_EQ(saved.options.steps, 0U);
   EXPECT_EQ(saved.viewer->port, 4711);
   EXPECT_TRUE(saved.viewer->stay);
   const RunCommand steered =
@@ -472,6 +474,30 @@ TEST(ViewCommand, TellsModelsFromSnapshotsAndSteps) {
   EXPECT_FALSE(steered.options.budget);
   EXPECT_EQ(steered.viewer->eye, (std::vector<double>{1, 2, 3}));
   EXPECT_FALSE(parsed({"run", model}).viewer);
+}
+
+/// Once the surface is there nobody has to wait, and the link was told before.
+TEST(View, ShowsAnExpressionAndTheSurfaceOfIt) {
+  std::string link;
+  Figures found;
+  const ViewerOptions viewer{.serves = [&](const std::string& told) { link = told; },
+                             .evaluated =
+                                 [&](const Figures& figures) {
+                                   EXPECT_NE(link, "");
+                                   found = figures;
+                                 }};
+  const Options options{.threads = 1, .stop = [&] { return found.in_cells > 0; }};
+  try {
+    load_page();
+  } catch (const Error& error) {
+    GTEST_SKIP() << error.what();
+  }
+  view(cuboid({3, 4, 5}) - cuboid({1, 1, 1}).translate({1, 1, 1}), viewer, options);
+  EXPECT_TRUE(link.starts_with("http://127.0.0.1:")) << link;
+  EXPECT_FALSE(found.is_interrupted);
+  EXPECT_DOUBLE_EQ(found.in_volume, 59);
+  ASSERT_TRUE(found.boundary);
+  EXPECT_DOUBLE_EQ(found.boundary->area, 94 + 6);
 }
 
 TEST(ViewCommand, RefusesWhatMakesNoSense) {

@@ -8,7 +8,7 @@
 
 #include "serving/scene.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// A file of the page, as it is sent.
 struct PageFile {
@@ -57,4 +57,4 @@ class Server {
 /// numbers.
 [[nodiscard]] bool is_own_host(const std::string& host, const std::string& address, std::uint16_t port);
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

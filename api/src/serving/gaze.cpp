@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace {
 
 using nlohmann::json;
@@ -106,4 +106,4 @@ Gaze::Wanted Gaze::wanted(const Detail& detail, std::uint64_t run_of_surface) co
   return {std::clamp(level, detail.finest, detail.coarsest), nearest, true};
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

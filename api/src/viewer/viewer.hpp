@@ -15,12 +15,12 @@
 
 #include "bsp2/supersteps/state/run_options.hpp"
 #include "bsp2/supersteps/state/run_result.hpp"
-#include "options/command_line.hpp"
+#include "bsp2/viewing.hpp"
 #include "serving/scene.hpp"
 #include "serving/server.hpp"
 #include "viewer/packing.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// The page's files, as the build has made them, beside the program's modules.
 /// @throws bsp2::Error if they are not there, which says what to do.
@@ -34,7 +34,7 @@ PageFiles load_page();
 class Viewer {
  public:
   /// @param serves on the master, where the pages are.
-  Viewer(const ViewCommand& command, bool serves);
+  Viewer(const ViewerOptions& command, bool serves);
   ~Viewer();
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
@@ -76,7 +76,7 @@ class Viewer {
   };
   using Send = std::function<void(const std::string& key, std::string bytes)>;
 
-  ViewCommand command_;
+  ViewerOptions command_;
   Scene scene_;
   std::uint64_t run_ = 0;
   std::string model_;
@@ -124,4 +124,4 @@ class Viewer {
   [[nodiscard]] Picture picture_of(const supersteps::RunResult& result) const;
 };
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -10,7 +10,7 @@
 
 #include "viewer/message.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace {
 
 using nlohmann::json;
@@ -256,4 +256,4 @@ void put_detailed(Scene& scene, const std::string& key, std::string bytes) {
   scene.put(key, std::move(bytes), std::move(detail));
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -16,7 +16,7 @@
 #include "viewer/levels.hpp"
 #include "viewer/message.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace {
 
 namespace fs = std::filesystem;
@@ -144,7 +144,7 @@ PageFiles load_page() {
   return files;
 }
 
-Viewer::Viewer(const ViewCommand& command, bool serves) : command_(command) {
+Viewer::Viewer(const ViewerOptions& command, bool serves) : command_(command) {
   camera_ = command.eye;
   if (!serves) return;
   server_ = std::make_unique<Server>(ServerOptions{command.address, command.port}, load_page(), scene_,
@@ -515,4 +515,4 @@ std::string Viewer::model_message(const Picture& picture) const {
   return message.bytes();
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// The files that a model is made of: itself, what it includes or uses, and files that it names between
 /// quotation marks, as those which are imported; those that are there.
@@ -37,4 +37,4 @@ class FileWatch {
   static Stamp stamp_of(const std::filesystem::path& file);
 };
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

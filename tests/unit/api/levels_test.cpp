@@ -11,7 +11,7 @@
 #include "viewed.hpp"
 #include "viewer/packing.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace {
 
 using nlohmann::json;
@@ -273,4 +273,4 @@ TEST_F(Reading, NothingThatHasLevelsComesBeforeAPageTellsWhereItLooks) {
 }
 
 }  // namespace
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// What can be sent as coarsely as who looks may see it: on lattices whose steps are powers of two.
 ///
@@ -28,4 +28,4 @@ struct Detail {
   std::function<std::string(const std::string& bytes, int level)> coarser;
 };
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 void Scene::tell() {
   const std::lock_guard lock(listening_);
@@ -84,4 +84,4 @@ std::uint64_t Scene::bytes_put() const {
   return bytes_;
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

@@ -17,7 +17,7 @@
 
 // What tests of the viewer need: messages as a page reads them, and models that are random.
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 using Point = std::array<double, 3>;
 
@@ -112,4 +112,4 @@ inline supersteps::RunResult evaluated(const std::string& text) {
   return supersteps::run(options);
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

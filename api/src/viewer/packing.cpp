@@ -11,7 +11,7 @@
 #include "bsp2/supersteps/render/hidden_facets.hpp"
 #include "viewer/message.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace {
 
 using geometry::CellBatch;
@@ -514,4 +514,4 @@ std::vector<std::string> surface_messages(std::uint64_t run, const geometry::Bre
   return messages;
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

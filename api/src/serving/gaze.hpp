@@ -9,7 +9,7 @@
 
 #include "serving/detail.hpp"
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 
 /// Where a page looks, and how large it is: what decides how finely it must have what it shows.
 struct Gaze {
@@ -39,4 +39,4 @@ struct Gaze {
   [[nodiscard]] Wanted wanted(const Detail& detail, std::uint64_t run_of_surface) const;
 };
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api
