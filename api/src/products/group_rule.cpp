@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/model/expression/colour.hpp"
 #include "bsp2/geometry/support/suggestion.hpp"
+#include "bsp2/model/expression/colour.hpp"
 
 namespace bsp2::api {
 namespace {
@@ -129,8 +129,7 @@ class PredicateReader {
 
   [[noreturn]] void fail_at_word(std::string_view word) const {
     static constexpr std::array<std::string_view, 5> known{"x", "y", "z", "colour", "angle"};
-    fail_with("'" + std::string(word) + "' is none of x, y, z, colour and angle" +
-              suggestion(word, known));
+    fail_with("'" + std::string(word) + "' is none of x, y, z, colour and angle" + suggestion(word, known));
   }
 
   Sign comparison() {

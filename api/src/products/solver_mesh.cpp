@@ -15,12 +15,12 @@
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/interruption.hpp"
+#include "bsp2/geometry/support/suggestion.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
 #include "bsp2/meshing/groups/groups.hpp"
 #include "bsp2/meshing/sizes/size_field.hpp"
 #include "bsp2/meshing/tetrahedra/dual.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
-#include "bsp2/geometry/support/suggestion.hpp"
 
 namespace bsp2::api {
 namespace {
@@ -264,7 +264,7 @@ class SolverMeshMaker {
       if (found == result_.part_names.end())
         throw Error(dashes_ + "part-size: the model has no part '" + name + "'" +
                     suggestion(name, std::vector<std::string_view>(result_.part_names.begin(),
-                                                                          result_.part_names.end())));
+                                                                   result_.part_names.end())));
       sizes[static_cast<std::size_t>(found - result_.part_names.begin())] = size;
     }
     return sizes;

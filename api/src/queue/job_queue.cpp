@@ -2,8 +2,8 @@
 #include <utility>
 
 #include "bsp2/api/evaluation/ranks.hpp"
-#include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/api/evaluation/run_options.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
 #include "queue/claim.hpp"
 #include "queue/queue.hpp"
 

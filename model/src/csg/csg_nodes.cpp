@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "bsp2/model/expression/colour.hpp"
 #include "bsp2/geometry/support/suggestion.hpp"
+#include "bsp2/model/expression/colour.hpp"
 #include "builder/matrix.hpp"
 #include "csg/csg_construct_nodes.hpp"
 #include "csg/csg_primitive_nodes.hpp"
