@@ -511,6 +511,7 @@ TEST_F(MeshFile, EncryptedEntriesAreToldAsSuch) {
         if (std::string_view(file) == "m.amf" || name.starts_with("3D")) {
           EXPECT_EQ(message(file, bytes),
                     ": '" + name + "' in it is encrypted; write the file without a password");
+        }
     }
 }
 
