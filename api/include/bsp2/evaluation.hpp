@@ -16,6 +16,7 @@
 #include "bsp2/error.hpp"
 #include "bsp2/expression.hpp"
 #include "bsp2/figures.hpp"
+#include "bsp2/order.hpp"
 #include "bsp2/outputs.hpp"
 
 /// From expressions to cells. Part of bsp2.hpp, which says what holds of all.
@@ -57,8 +58,6 @@ struct Progress {
   std::uint64_t cells = 0;  ///< so far
   unsigned begun = 0;       ///< supersteps and files so far, this one counted
 };
-
-enum class Order : std::uint8_t { depth, priority };
 
 /// Where the cells of all ranks go.
 enum class Collect : std::uint8_t {

@@ -75,7 +75,7 @@ supersteps::RunOptions run_options(const Options& options) {
   run.coincidence = options.coincidence;
   run.curved = options.curved;
   run.parts_by_colour = options.parts_by_colour;
-  run.order = options.order == Order::priority ? supersteps::Order::priority : supersteps::Order::depth;
+  run.order = options.order;
   run.eye = options.eye;
   run.level = options.level;
   run.tolerance = options.tolerance;

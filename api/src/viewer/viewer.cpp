@@ -235,9 +235,7 @@ supersteps::Steering Viewer::steer() {
   if (steps_ == 0) seconds_of_steps_ = 0;
   seconds_of_steps_ += since;
   const bool coarse_first = !command_.order && seconds_of_steps_ < coarse_seconds;
-  steering.order = coarse_first                        ? supersteps::Order::priority
-                   : command_.order == Order::priority ? supersteps::Order::priority
-                                                       : supersteps::Order::depth;
+  steering.order = coarse_first ? Order::priority : command_.order.value_or(Order::depth);
   if (!command_.order || command_.follows_eye) {
     const std::lock_guard lock(mutex_);
     steering.eye = camera_;

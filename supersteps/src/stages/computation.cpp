@@ -13,7 +13,7 @@ namespace {
 dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned threads,
                                            const Recorded& so_far) {
   dataflow::EvaluateOptions evaluate = limits_of(options, threads);
-  evaluate.order = options.order == Order::priority ? dataflow::Order::priority : dataflow::Order::depth;
+  evaluate.order = options.order;
   evaluate.eye = options.eye;
   if (options.angle) evaluate.angle = *options.angle * std::numbers::pi / 180;
   evaluate.suspend = evaluate.hold_uniform_regions = evaluate.same_limits = true;

@@ -215,7 +215,7 @@ TEST(Steering, ARunThatIsWatchedFindsTheSameCells) {
     options.steer = [&](unsigned step) {
       EXPECT_EQ(step, steps++);
       supersteps::Steering steering;
-      steering.order = random() % 2 == 0 ? supersteps::Order::depth : supersteps::Order::priority;
+      steering.order = random() % 2 == 0 ? Order::depth : Order::priority;
       steering.eye.resize(random() % 5);  // other than 0 and 3 coordinates are none
       for (double& x : steering.eye) x = place(random);
       if (step < 20) steering.budget_seconds = 1e-4 * static_cast<double>(1 + random() % 10);

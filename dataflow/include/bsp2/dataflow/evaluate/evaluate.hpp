@@ -17,17 +17,13 @@
 #include "bsp2/geometry/cells/cell.hpp"
 #include "bsp2/geometry/cells/measures.hpp"
 #include "bsp2/geometry/cells/splitter.hpp"
+#include "bsp2/order.hpp"
 
 namespace bsp2::meshing {
 class SizeField;
 }
 
 namespace bsp2::dataflow {
-
-enum class Order : std::uint8_t {
-  depth,    ///< finish one cell before the next: little memory
-  priority  ///< the largest undecided cell first: a coarse picture of the whole, soon
-};
 
 struct EvaluateOptions {
   unsigned threads = 1;

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/order.hpp"
+
 namespace bsp2::model {
 struct Model;
 }
@@ -21,8 +23,6 @@ class SizeField;
 }
 
 namespace bsp2::supersteps {
-
-enum class Order : std::uint8_t { depth, priority };
 
 /// Where the cells of all ranks go.
 enum class Collect : std::uint8_t {
