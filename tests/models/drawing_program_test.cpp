@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <numbers>
 #include <random>
 #include <sstream>
 #include <string>
@@ -63,8 +64,8 @@ double area_of(const Outlines& outlines) {
   double twice = 0;
   for (const auto& outline : outlines)
     for (const auto& path : outline.paths)
-      for (std::size_t i = 0; i < path.size(); ++i) {
-        const auto &p = path[i], &q = path[(i + 1) % path.size()];
+      for (std::size_t i = 0; i < path.corners.size(); ++i) {
+        const auto &p = path.corners[i], &q = path.corners[(i + 1) % path.corners.size()];
         twice += p[0] * q[1] - p[1] * q[0];
       }
   return twice / 2;
@@ -74,8 +75,8 @@ double length_of(const Outlines& outlines) {
   double length = 0;
   for (const auto& outline : outlines)
     for (const auto& path : outline.paths)
-      for (std::size_t i = 0; i < path.size(); ++i) {
-        const auto &p = path[i], &q = path[(i + 1) % path.size()];
+      for (std::size_t i = 0; i < path.corners.size(); ++i) {
+        const auto &p = path.corners[i], &q = path.corners[(i + 1) % path.corners.size()];
         length += std::hypot(q[0] - p[0], q[1] - p[1]);
       }
   return length;
@@ -138,6 +139,35 @@ TEST_F(Drawings, OfPlaneSolidsHaveALayerAPart) {
             .code,
         0);
   EXPECT_EQ(bytes_of(at("1.dxf")), bytes_of(at("2.dxf")));
+}
+
+TEST_F(Drawings, OfCirclesHaveArcsIfTheyAreRound) {
+  const std::string model =
+      file("model.csg",
+           "difference() { square([40, 20]); circle(r=6); multmatrix([[1,0,0,20],[0,1,0,10],"
+           "[0,0,1,0],[0,0,0,1]]) circle(r=5); }");
+  const std::string outputs = " --boundary " + at("o.svg") + " --boundary " + at("o.dxf") + " --quiet";
+  ASSERT_EQ(bsp2("run " + model + outputs).code, 0);
+  EXPECT_EQ(bytes_of(at("o.svg")).find('A'), std::string::npos);
+  EXPECT_EQ(bytes_of(at("o.dxf")).find("CIRCLE"), std::string::npos);
+  const Ended ended =
+      bsp2("run " + model + " --curved --boundary " + at("p.pdf") + outputs.substr(0, outputs.size() - 8));
+  ASSERT_EQ(ended.code, 0) << ended.text;
+  EXPECT_NE(ended.text.find("o.svg: 2 arcs of circles, as in the model\n"), std::string::npos) << ended.text;
+  const std::string svg = bytes_of(at("o.svg")), dxf = bytes_of(at("o.dxf"));
+  EXPECT_NE(svg.find("M15 -10A5 5 0 0 1 25 -10A5 5 0 0 1 15 -10z"), std::string::npos) << svg;
+  EXPECT_NE(dxf.find("CIRCLE"), std::string::npos);
+  const double area = 800 - std::numbers::pi * (9 + 25);
+  EXPECT_NEAR(size_of("import(\"o.dxf\", $fn=720);"), area, 0.05);
+  EXPECT_NEAR(size_of("import(\"o.svg\");"), area, 3);
+  for (const std::string regions : {"1", "16"})
+    for (const std::string threads : {"1", "2"}) {
+      ASSERT_EQ(
+          bsp2("run " + model + " --curved --regions " + regions + " --threads " + threads + outputs).code,
+          0);
+      EXPECT_EQ(bytes_of(at("o.svg")), svg) << regions;
+      EXPECT_EQ(bytes_of(at("o.dxf")), dxf) << regions;
+    }
 }
 
 TEST_F(Drawings, AreRefusedInOneSentence) {

@@ -1,277 +1,90 @@
 #include "constructs/outline.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <numbers>
 #include <set>
-#include <span>
-#include <stdexcept>
-#include <string>
-#include <unordered_map>
 
 #include "bsp2/dataflow/constructs/part_outlines.hpp"
+#include "constructs/arcs.hpp"
+#include "constructs/circle_skins.hpp"
+#include "constructs/outline_tracer.hpp"
 #include "operands/nested.hpp"
 
 namespace bsp2::dataflow {
 namespace {
 
-using Point = std::array<double, 2>;
+using Batches = std::span<const std::shared_ptr<const geometry::CellBatch>>;
+using geometry::Label;
+using geometry::OutlinePath;
 
-/// Gives one number to all rounded positions of one corner: the same point is rounded differently in
-/// different cells.
-class CornerNumbers {
- public:
-  explicit CornerNumbers(double distance) : distance_(distance) {}
-  std::uint32_t number(const Point& point) {
-    const auto column = static_cast<std::int64_t>(std::floor(point[0] / (4 * distance_)));
-    const auto row = static_cast<std::int64_t>(std::floor(point[1] / (4 * distance_)));
-    for (std::int64_t i = column - 1; i <= column + 1; ++i)
-      for (std::int64_t j = row - 1; j <= row + 1; ++j) {
-        const auto found = by_square_.find(key(i, j));
-        if (found == by_square_.end()) continue;
-        for (const std::uint32_t n : found->second)
-          if (std::hypot(points[n][0] - point[0], points[n][1] - point[1]) <= distance_) return n;
-      }
-    points.push_back(point);
-    by_square_[key(column, row)].push_back(static_cast<std::uint32_t>(points.size() - 1));
-    return static_cast<std::uint32_t>(points.size() - 1);
-  }
-  std::vector<Point> points;
+/// Of all batches, the cells that are wanted.
+template <typename Wanted, typename Use>
+void for_each_cell(Batches batches, const Wanted& wanted, const Use& use) {
+  for (const auto& batch : batches)
+    for (std::size_t cell = 0; cell < batch->size(); ++cell)
+      if (wanted(*batch, cell)) use(*batch, cell);
+}
 
- private:
-  static std::uint64_t key(std::int64_t i, std::int64_t j) {
-    return static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ull ^
-           static_cast<std::uint64_t>(j) * 0xC2B2AE3D27D4EB4Full;
-  }
-  double distance_;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> by_square_;
-};
-
-struct Edge {
-  std::uint32_t from, to, line;
-};
-
-class Tracer {
- public:
-  /// @param reach of the coordinates: which corners are one depends on it.
-  Tracer(const Network<2>& network, double reach)
-      : network_(network), corners_(std::max(reach, 1e-290) * resolution) {}
-
-  void add(const geometry::CellBatch& batch) {
-    for (std::size_t cell = 0; cell < batch.size(); ++cell) add(batch, cell);
-  }
-  void add(const geometry::CellBatch& batch, std::size_t cell) {
-    const auto points = batch.cell_points(cell);
-    std::vector<std::uint32_t> number;
-    for (std::size_t i = 0; i < points.size(); i += 2)
-      number.push_back(corners_.number({points[i], points[i + 1]}));
-    for (const Edge& edge : around(batch, cell))
-      if (number[edge.from] != number[edge.to])
-        edges_.push_back({number[edge.from], number[edge.to], edge.line});
-  }
-
-  Outline run() {
-    split_at_t_vertices();
-    cancel();
-    return trace();
-  }
-
- private:
-  const Network<2>& network_;
-  CornerNumbers corners_;
-  std::vector<Edge> edges_;
-
-  /// Far above the rounding of a corner, far below the tolerance of coincidence.
-  static constexpr double resolution = 0x1p-35;
-
-  /// The edges of a cell one after the other, the cell on their left. They name the cell's own points.
-  [[nodiscard]] std::vector<Edge> around(const geometry::CellBatch& batch, std::size_t cell) const {
-    const auto points = batch.cell_points(cell);
-    std::vector<Edge> edges;
-    std::size_t longest = 0;
-    double length = -1;
-    bool is_reversed = false;
-    for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
-      const auto ends = batch.vertices_of_facet(f);
-      const std::int32_t code = batch.facet_hyperplane[f];
-      const auto line = static_cast<std::uint32_t>(code < 0 ? ~code : code);
-      const double dx = points[2 * ends[1]] - points[2 * ends[0]],
-                   dy = points[2 * ends[1] + 1] - points[2 * ends[0] + 1];
-      edges.push_back({ends[0], ends[1], line});
-      if (std::hypot(dx, dy) <= length) continue;
-      length = std::hypot(dx, dy);
-      longest = edges.size() - 1;
-      // The cell is where the hyperplane is negative. Points would not tell on which side a thin one is, nor
-      // short edges where they lead.
-      const auto normal = network_.table.rounded(line).normal;
-      is_reversed = (normal[0] * dy - normal[1] * dx < 0) != (code < 0);
-    }
-    if (edges.empty()) return edges;
-    std::swap(edges[0], edges[longest]);
-    if (is_reversed) std::swap(edges[0].from, edges[0].to);
-    for (std::size_t i = 1; i < edges.size(); ++i) {
-      const std::uint32_t at = edges[i - 1].to;
-      const auto next = std::find_if(edges.begin() + static_cast<std::ptrdiff_t>(i), edges.end(),
-                                     [&](const Edge& e) { return e.from == at || e.to == at; });
-      if (next == edges.end()) throw std::logic_error("the edges of a cell of an outline make no cycle");
-      if (next->to == at) std::swap(next->from, next->to);
-      std::iter_swap(edges.begin() + static_cast<std::ptrdiff_t>(i), next);
-    }
-    return edges;
-  }
-
-  /// Cuts the edges of each line at all corners of edges on it.
-  void split_at_t_vertices() {
-    std::stable_sort(edges_.begin(), edges_.end(),
-                     [](const Edge& a, const Edge& b) { return a.line < b.line; });
-    std::vector<Edge> pieces;
-    for (std::size_t begin = 0, end = 0; begin < edges_.size(); begin = end) {
-      while (end < edges_.size() && edges_[end].line == edges_[begin].line) ++end;
-      split_line({edges_.data() + begin, end - begin}, pieces);
-    }
-    edges_.swap(pieces);
-  }
-
-  void split_line(std::span<const Edge> line, std::vector<Edge>& pieces) const {
-    Point direction{};
-    double longest = 0;
-    std::vector<std::uint32_t> on_line;
-    for (const Edge& edge : line) {
-      const auto &p = corners_.points[edge.from], &q = corners_.points[edge.to];
-      const double length = std::hypot(q[0] - p[0], q[1] - p[1]);
-      if (length > longest) longest = length, direction = {q[0] - p[0], q[1] - p[1]};
-      on_line.insert(on_line.end(), {edge.from, edge.to});
-    }
-    const auto along = [&](std::uint32_t n) {
-      return corners_.points[n][0] * direction[0] + corners_.points[n][1] * direction[1];
-    };
-    std::sort(on_line.begin(), on_line.end(), [&](auto a, auto b) {
-      return std::pair{along(a), a} < std::pair{along(b), b};
-    });
-    on_line.erase(std::unique(on_line.begin(), on_line.end()), on_line.end());
-    std::unordered_map<std::uint32_t, std::size_t> place;
-    for (std::size_t i = 0; i < on_line.size(); ++i) place[on_line[i]] = i;
-    for (const Edge& edge : line) {
-      std::size_t at = place[edge.from];
-      const std::size_t to = place[edge.to];
-      while (at != to) {
-        const std::size_t next = at < to ? at + 1 : at - 1;
-        pieces.push_back({on_line[at], on_line[next], edge.line});
-        at = next;
-      }
-    }
-  }
-
-  /// Takes out pairs of opposite edges.
-  void cancel() {
-    const auto key = [](const Edge& e) { return std::array{std::min(e.from, e.to), std::max(e.from, e.to)}; };
-    std::stable_sort(edges_.begin(), edges_.end(),
-                     [&](const Edge& a, const Edge& b) { return key(a) < key(b); });
-    std::vector<Edge> left;
-    for (std::size_t begin = 0, end = 0; begin < edges_.size(); begin = end) {
-      std::vector<Edge> up, down;
-      for (; end < edges_.size() && key(edges_[end]) == key(edges_[begin]); ++end)
-        (edges_[end].from < edges_[end].to ? up : down).push_back(edges_[end]);
-      const std::size_t pairs = std::min(up.size(), down.size());
-      left.insert(left.end(), up.begin() + static_cast<std::ptrdiff_t>(pairs), up.end());
-      left.insert(left.end(), down.begin() + static_cast<std::ptrdiff_t>(pairs), down.end());
-    }
-    edges_.swap(left);
-  }
-
-  Outline trace() {
-    std::stable_sort(edges_.begin(), edges_.end(),
-                     [](const Edge& a, const Edge& b) { return a.from < b.from; });
-    std::vector<bool> used(edges_.size());
-    Outline outline;
-    for (std::size_t start = 0; start < edges_.size(); ++start) {
-      if (used[start]) continue;
-      std::vector<Edge> path;
-      for (std::size_t at = start; at != edges_.size(); at = next_of(edges_[at], used)) {
-        used[at] = true;
-        path.push_back(edges_[at]);
-        if (edges_[at].to == edges_[start].from) break;
-      }
-      check_end(path);
-      if (auto corners = corners_of(path); corners.size() >= 3) outline.push_back(std::move(corners));
-    }
-    return outline;
-  }
-
-  /// At every corner as many edges end as begin, so a path ends where it began.
-  void check_end(const std::vector<Edge>& path) const {
-    if (path.back().to == path.front().from) return;
-    const auto& end = corners_.points[path.back().to];
-    throw std::logic_error("the outline of a plane solid does not close at (" + std::to_string(end[0]) +
-                           ", " + std::to_string(end[1]) + ")");
-  }
-
-  /// The edge that bounds the same corner of the solid: of those that leave, the first one clockwise from the
-  /// way back.
-  std::size_t next_of(const Edge& edge, const std::vector<bool>& used) const {
-    const auto& p = corners_.points[edge.from];
-    const auto& q = corners_.points[edge.to];
-    const double back = std::atan2(p[1] - q[1], p[0] - q[0]);
-    std::size_t best = edges_.size();
-    double least = 10;
-    auto at = std::lower_bound(edges_.begin(), edges_.end(), edge.to,
-                               [](const Edge& e, std::uint32_t corner) { return e.from < corner; });
-    for (; at != edges_.end() && at->from == edge.to; ++at) {
-      const auto i = static_cast<std::size_t>(at - edges_.begin());
-      if (used[i]) continue;
-      const auto& r = corners_.points[at->to];
-      double turn = back - std::atan2(r[1] - q[1], r[0] - q[0]);
-      if (turn <= 0) turn += 2 * std::numbers::pi;
-      if (turn < least) least = turn, best = i;
-    }
-    return best;
-  }
-
-  /// The corners of a path at which the line changes.
-  std::vector<Point> corners_of(const std::vector<Edge>& path) const {
-    std::vector<Point> corners;
-    for (std::size_t i = 0; i < path.size(); ++i) {
-      const Edge& before = path[(i + path.size() - 1) % path.size()];
-      if (before.line != path[i].line) corners.push_back(corners_.points[path[i].from]);
-    }
-    return corners;
-  }
-};
-
-double reach_of(const geometry::CellBatch& batch) {
-  double reach = 0;
-  for (const double x : batch.points) reach = std::max(reach, std::fabs(x));
-  return reach;
+bool is_fuzzy(const geometry::CellBatch& batch, std::size_t cell) {
+  return batch.label[cell] == Label::fuzzy;
 }
 
 /// Whatever cells they are of, in whatever order.
-void sort_paths(Outline& outline) {
-  for (auto& path : outline)
-    std::rotate(path.begin(), std::min_element(path.begin(), path.end()), path.end());
-  std::sort(outline.begin(), outline.end());
+void sort_paths(std::vector<OutlinePath>& paths) {
+  for (OutlinePath& path : paths) {
+    const auto first = std::min_element(path.corners.begin(), path.corners.end()) - path.corners.begin();
+    std::rotate(path.corners.begin(), path.corners.begin() + first, path.corners.end());
+    if (!path.bulges.empty())
+      std::rotate(path.bulges.begin(), path.bulges.begin() + first, path.bulges.end());
+  }
+  std::sort(paths.begin(), paths.end(), [](const OutlinePath& a, const OutlinePath& b) {
+    return std::tie(a.corners, a.bulges) < std::tie(b.corners, b.bulges);
+  });
+}
+
+/// @param skins of what is curved; null: nothing is.
+geometry::PartOutline outline_of_part(const Network<2>& network, Batches batches, std::int32_t part,
+                                      double reach, const CircleSkins* skins) {
+  OutlineTracer tracer(network, reach);
+  for_each_cell(
+      batches,
+      [&](const auto& batch, std::size_t cell) {
+        return batch.label[cell] == Label::in && batch.part[cell] == part;
+      },
+      [&](const auto& batch, std::size_t cell) { tracer.add(batch, cell); });
+  geometry::PartOutline outline{part, {}};
+  if (skins == nullptr) {
+    for (const auto& path : tracer.paths())
+      if (auto corners = tracer.corners_of(path); corners.size() >= 3)
+        outline.paths.push_back({std::move(corners), {}});
+  } else {
+    std::uint32_t number = 0;
+    for_each_cell(batches, is_fuzzy,
+                  [&](const auto& batch, std::size_t cell) { tracer.add_beyond(batch, cell, number++); });
+    add_arcs(network, *skins, tracer, outline);
+  }
+  sort_paths(outline.paths);
+  return outline;
 }
 
 }  // namespace
 
-std::vector<geometry::PartOutline> part_outlines(
-    const Network<2>& network, std::span<const std::shared_ptr<const geometry::CellBatch>> batches) {
+std::vector<geometry::PartOutline> part_outlines(const Network<2>& network, Batches batches) {
   std::set<std::int32_t> parts;
   double reach = 0;
   for (const auto& batch : batches) {
     reach = std::max(reach, reach_of(*batch));
     for (std::size_t cell = 0; cell < batch->size(); ++cell)
-      if (batch->label[cell] == geometry::Label::in) parts.insert(batch->part[cell]);
+      if (batch->label[cell] == Label::in) parts.insert(batch->part[cell]);
+  }
+  std::optional<CircleSkins> skins;
+  if (network.is_round() && !parts.empty()) {
+    skins.emplace(network, reach);
+    for_each_cell(batches, is_fuzzy, [&](const auto& batch, std::size_t cell) { skins->add(batch, cell); });
+    skins->find();
   }
   std::vector<geometry::PartOutline> outlines;
-  for (const std::int32_t part : parts) {
-    Tracer tracer(network, reach);
-    for (const auto& batch : batches)
-      for (std::size_t cell = 0; cell < batch->size(); ++cell)
-        if (batch->label[cell] == geometry::Label::in && batch->part[cell] == part) tracer.add(*batch, cell);
-    outlines.push_back({part, tracer.run()});
-    sort_paths(outlines.back().paths);
-  }
+  for (const std::int32_t part : parts)
+    outlines.push_back(outline_of_part(network, batches, part, reach, skins ? &*skins : nullptr));
   return outlines;
 }
 
@@ -282,9 +95,11 @@ Outline outline_of(const model::Expression& solid, const CompileOptions& options
   evaluate_plane_cells(solid, own, [&](const Network<2>& network, const auto& batches) {
     double reach = 0;
     for (const auto& batch : batches) reach = std::max(reach, reach_of(batch));
-    Tracer tracer(network, reach);
-    for (const auto& batch : batches) tracer.add(batch);
-    outline = tracer.run();
+    OutlineTracer tracer(network, reach);
+    for (const auto& batch : batches)
+      for (std::size_t cell = 0; cell < batch.size(); ++cell) tracer.add(batch, cell);
+    for (const auto& path : tracer.paths())
+      if (auto corners = tracer.corners_of(path); corners.size() >= 3) outline.push_back(std::move(corners));
   });
   return outline;
 }

@@ -56,12 +56,11 @@ void Annotator::arrow(LayerNumber layer, const Point2& tip, const Point2& direct
   const double size = std::hypot(direction[0], direction[1]);
   const Point2 along{direction[0] / size, direction[1] / size};
   const Point2 base{tip[0] - length * along[0], tip[1] - length * along[1]};
-  sheet_.areas.push_back({layer,
-                          sheet_.layers[layer].colour,
-                          1,
-                          {{tip,
-                            {base[0] - half_width * along[1], base[1] + half_width * along[0]},
-                            {base[0] + half_width * along[1], base[1] - half_width * along[0]}}}});
+  geometry::OutlinePath triangle{{tip,
+                                  {base[0] - half_width * along[1], base[1] + half_width * along[0]},
+                                  {base[0] + half_width * along[1], base[1] - half_width * along[0]}},
+                                 {}};
+  sheet_.areas.push_back({layer, sheet_.layers[layer].colour, 1, {std::move(triangle)}});
 }
 
 void Annotator::distance(const Point2& from, const Point2& to, double offset, double value) {

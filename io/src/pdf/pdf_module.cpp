@@ -1,6 +1,7 @@
 #include <cairo-pdf.h>
 #include <cairo.h>
 
+#include <cmath>
 #include <memory>
 #include <new>
 #include <numbers>
@@ -67,10 +68,32 @@ class PdfWriter {
     cairo_new_sub_path(cr_);
   }
 
+  /// A closed path with its arcs. y is down on the page: what turns to the left goes against the angles.
+  void trace(const geometry::OutlinePath& loop) {
+    if (loop.bulges.empty()) return trace(loop.corners, true);
+    for (std::size_t i = 0; i < loop.corners.size(); ++i) {
+      const Sheet::Point &from = loop.corners[i], &to = loop.corners[(i + 1) % loop.corners.size()];
+      const auto begin = on_page(from), end = on_page(to);
+      if (i == 0) cairo_move_to(cr_, begin[0], begin[1]);
+      if (loop.bulges[i] != 0) {
+        const geometry::OutlineArc arc(from, to, loop.bulges[i]);
+        const auto centre = on_page(arc.centre);
+        const auto angle = [&](const Sheet::Point& p) {
+          return std::atan2(p[1] - centre[1], p[0] - centre[0]);
+        };
+        (loop.bulges[i] > 0 ? cairo_arc_negative : cairo_arc)(
+            cr_, centre[0], centre[1], arc.radius * points_of_a_millimetre, angle(begin), angle(end));
+      }
+      cairo_line_to(cr_, end[0], end[1]);
+    }
+    cairo_close_path(cr_);
+    cairo_new_sub_path(cr_);
+  }
+
   void fill(const Sheet::Area& area) {
     set_colour(area.fill, area.opacity);
     cairo_set_fill_rule(cr_, CAIRO_FILL_RULE_EVEN_ODD);
-    for (const auto& loop : area.loops) trace(loop, true);
+    for (const auto& loop : area.loops) trace(loop);
     cairo_fill(cr_);
   }
 

@@ -58,7 +58,7 @@ class DxfWriter {
     write_blocks();
     tag(0, "SECTION").tag(2, "ENTITIES");
     for (const Sheet::Area& area : sheet_.areas)
-      for (const auto& loop : area.loops) write_path(area.layer, loop, true);
+      for (const auto& loop : area.loops) write_loop(area.layer, loop);
     for (const Sheet::Path& path : sheet_.paths) write_path(path.layer, path.points, path.is_closed);
     for (const Sheet::Label& label : sheet_.labels) write_label(label);
     tag(0, "ENDSEC");
@@ -290,6 +290,24 @@ class DxfWriter {
     begin_entity("LWPOLYLINE", layer);
     tag(100, "AcDbPolyline").tag(90, points.size()).tag(70, is_closed ? 1 : 0);
     for (const auto& p : points) point(10, p);
+  }
+
+  /// A closed path with its arcs; one of two halves of a circle is a circle.
+  void write_loop(std::uint32_t layer, const geometry::OutlinePath& loop) {
+    if (loop.bulges.empty()) return write_path(layer, loop.corners, true);
+    const auto& corners = loop.corners;
+    if (corners.size() == 2 && std::fabs(loop.bulges[0] + loop.bulges[1]) == 2) {
+      const geometry::OutlineArc circle(corners[0], corners[1], 1);
+      begin_entity("CIRCLE", layer);
+      tag(100, "AcDbCircle").point(10, circle.centre).coordinate(40, circle.radius);
+      return;
+    }
+    begin_entity("LWPOLYLINE", layer);
+    tag(100, "AcDbPolyline").tag(90, corners.size()).tag(70, 1);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      point(10, corners[i]);
+      if (loop.bulges[i] != 0) tag(42, loop.bulges[i]);
+    }
   }
 
   void write_label(const Sheet::Label& label) {

@@ -44,10 +44,36 @@ class SvgWriter {
     text_ << 'M';
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (i > 0) text_ << (i == 1 ? 'L' : ' ');
-      number(all[i][0]) << ' ';
-      number(-all[i][1]);
+      place(all[i]);
     }
     if (is_closed) text_ << 'z';
+  }
+
+  Text& place(const Sheet::Point& p) {
+    number(p[0]) << ' ';
+    return number(-p[1]);
+  }
+
+  /// A closed path with its arcs. y is down here: what turns to the left goes against the angles.
+  void loop(const geometry::OutlinePath& path) {
+    if (path.bulges.empty()) return points(path.corners, true);
+    text_ << 'M';
+    place(path.corners[0]);
+    for (std::size_t i = 0; i < path.corners.size(); ++i) {
+      const Sheet::Point &from = path.corners[i], &to = path.corners[(i + 1) % path.corners.size()];
+      const double bulge = path.bulges[i];
+      if (bulge == 0) {
+        if (i + 1 == path.corners.size()) break;
+        text_ << (i == 0 || path.bulges[i - 1] != 0 ? 'L' : ' ');
+      } else {
+        const double radius = geometry::OutlineArc(from, to, bulge).radius;
+        text_ << 'A';
+        number(radius) << ' ';
+        number(radius) << " 0 0 " << (bulge > 0 ? 0 : 1) << ' ';
+      }
+      place(to);
+    }
+    text_ << 'z';
   }
 
   void colour(const Sheet::Rgb& rgb) {
@@ -63,8 +89,8 @@ class SvgWriter {
       colour(area.fill);
       if (area.opacity < 1) text_ << "\" fill-opacity=\"" << area.opacity;
       text_ << "\" fill-rule=\"evenodd\" stroke=\"none\" d=\"";
-      for (const auto& loop : area.loops) {
-        points(loop, true);
+      for (const auto& path : area.loops) {
+        loop(path);
         text_ << '\n';
       }
       text_ << "\"/>\n";

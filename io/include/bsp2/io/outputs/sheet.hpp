@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "bsp2/geometry/surface/outline.hpp"
+
 namespace bsp2::io {
 
 enum class SheetFormat : std::uint8_t { dxf, pdf, svg };
@@ -39,7 +41,7 @@ struct Sheet {
     std::uint32_t layer = 0;  ///< of its name; lines and dashes do not matter
     Rgb fill{};
     double opacity = 1;
-    std::vector<std::vector<Point>> loops;
+    std::vector<geometry::OutlinePath> loops;
   };
   enum class Anchor : std::uint8_t { start, middle, end };
   struct Label {
