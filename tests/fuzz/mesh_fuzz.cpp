@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto path = bsp2::fuzzing::file_of(data + 1, size - 1, ending);
   try {
     if (std::string_view(ending) == ".dat") {
-      const auto mesh = bsp2::model::import_surface(path, false, false);
+      const auto mesh = bsp2::model::import_surface(path, false, false).mesh;
       bsp2::model::closed_mesh(mesh.points, mesh.faces);
     } else {
       const auto mesh = bsp2::model::import_mesh(path);

@@ -152,8 +152,9 @@ class Straightener {
     neighbours_.clear();
     for (const std::uint32_t edge : edges) neighbours_.push_back({other_end(edge, point), edge});
     std::ranges::sort(neighbours_, {}, &Neighbour::point);
-    const auto same = std::ranges::unique(neighbours_, {}, &Neighbour::point);
-    neighbours_.erase(same.begin(), same.end());
+    // Not the one of std::ranges: clang 14, which builds the fuzz targets, cannot read libstdc++'s subrange.
+    const auto is_same = [](const Neighbour& a, const Neighbour& b) { return a.point == b.point; };
+    neighbours_.erase(std::unique(neighbours_.begin(), neighbours_.end(), is_same), neighbours_.end());
     if (neighbours_.empty() || neighbours_.size() % 2 != 0) return false;
     while (!neighbours_.empty()) {
       const Neighbour here = neighbours_.back();

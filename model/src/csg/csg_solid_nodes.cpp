@@ -135,7 +135,7 @@ Expression make_polyhedron(const PrimitiveText& from) {
   std::optional<TriangleMesh> mesh;
   try {
     mesh = repaired_mesh(points, faces, Holes::refuse,
-                         [&](const std::string& text) { warn("this polyhedron is " + text); });
+                         [&warn = warn](const std::string& text) { warn("this polyhedron is " + text); });
   } catch (const OpenMesh& error) {
     throw HollowPolyhedron(std::string("this polyhedron is ") + error.what(), corners_of(points, faces),
                            true);
