@@ -191,6 +191,18 @@ TEST(ApiResult, WritesEachFormat) {
   EXPECT_FALSE(fs::exists(base.string() + ".xyz"));
 }
 
+/// As the program does.
+TEST(ApiResult, WritesCirclesOfPlaneModelsAsArcs) {
+  const samples::TemporaryFolder folder;
+  const fs::path drawing = folder.path() / "x.dxf";
+  const Result result = evaluate(ball(2, 3) - ball(2, 1.25));
+  result.write(drawing);
+  const std::string text = read(drawing);
+  EXPECT_NE(text.find("AcDbCircle\n10\n0\n20\n0\n40\n3\n"), std::string::npos);
+  EXPECT_NE(text.find("AcDbCircle\n10\n0\n20\n0\n40\n1.25\n"), std::string::npos);
+  EXPECT_EQ(text.find("LWPOLYLINE"), std::string::npos);
+}
+
 TEST(ApiResult, KeepsTheSurfaceThatIsLookedAt) {
   const samples::TemporaryFolder folder;
   const Result result = evaluate(cube(2) - cube(1));
