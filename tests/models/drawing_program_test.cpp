@@ -170,6 +170,28 @@ TEST_F(Drawings, OfCirclesHaveArcsIfTheyAreRound) {
     }
 }
 
+#ifdef BSP2_MPIEXEC
+TEST_F(Drawings, OfCirclesAreTheSameOnAnyNumberOfRanks) {
+  setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+  setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+  const std::string model =
+      file("model.csg",
+           "part(\"plate\") difference() { square([20, 10]); circle(r=3); }\n"
+           "part(\"pin\") circle(r=3);\n"
+           "part(\"oval\") multmatrix([[1,0,0,40],[0,2,0,0],[0,0,1,0],[0,0,0,1]]) circle(r=4);");
+  std::string one;
+  for (int ranks = 1; ranks <= 4; ++ranks) {
+    const Ended ended =
+        start(BSP2_MPIEXEC " --oversubscribe -n " + std::to_string(ranks) + " " BSP2_PROGRAM " run " + model +
+              " --curved --regions 8 --threads 1 --quiet --boundary " + at("o.svg"));
+    ASSERT_EQ(ended.code, 0) << ended.text;
+    if (ranks == 1) one = bytes_of(at("o.svg"));
+    EXPECT_EQ(bytes_of(at("o.svg")), one) << ranks;
+  }
+  EXPECT_NE(one.find("A3 3 0 0 "), std::string::npos);
+}
+#endif
+
 TEST_F(Drawings, AreRefusedInOneSentence) {
   const std::string solid = file("solid.csg", "cube(size=[40, 20, 10]);"),
                     plane = file("plane.csg", "square([2, 1]);");
