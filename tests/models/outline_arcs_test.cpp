@@ -1,6 +1,5 @@
-// Arcs in the outlines of plane models: areas against sums over the pieces of
-// circles and lines that bound the solid, found by trying them all, and what is
-// read from the files by a parser of our own.
+// Arcs in the outlines of plane models: areas against sums over the pieces of circles and lines that bound
+// the solid, found by trying them all, and what is read from the files by a parser of our own.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -150,8 +149,8 @@ std::vector<double> places(const Curve& curve, const Curve& other) {
   return found;
 }
 
-/// The area of what `is_in` says: of each curve the pieces on one side of which
-/// alone it is. A piece of several curves counts once.
+/// The area of what `is_in` says: of each curve the pieces on one side of which alone it is. A piece of
+/// several curves counts once.
 double area_by_pieces(const std::vector<Curve>& curves, const std::function<bool(const Point&)>& is_in) {
   constexpr double beside = 1e-8;
   double area = 0;
@@ -177,8 +176,7 @@ double area_by_pieces(const std::vector<Curve>& curves, const std::function<bool
 
 // --- reading the files ---
 
-/// Half the integral of x dy - y dx along an arc that turns by `angle` to the
-/// left, or a line.
+/// Half the integral of x dy - y dx along an arc that turns by `angle` to the left, or a line.
 double area_of_piece(const Point& p, const Point& q, double angle) {
   const double chord = (p[0] * q[1] - p[1] * q[0]) / 2;
   if (angle == 0) return chord;
@@ -196,9 +194,8 @@ struct Read {
   std::size_t arcs = 0;
 };
 
-/// Paths of M, L, A and z, with the commands of lines left out where they go
-/// on. By the definition of the flags: y is down, so sweep 1 turns to the right
-/// as seen here.
+/// Paths of M, L, A and z, with the commands of lines left out where they go on. By the definition of the
+/// flags: y is down, so sweep 1 turns to the right as seen here.
 Read read_svg(const std::string& text) {
   Read read;
   for (std::size_t at = text.find(" d=\""); at != std::string::npos; at = text.find(" d=\"", at + 1)) {
@@ -243,8 +240,8 @@ Read read_svg(const std::string& text) {
   return read;
 }
 
-/// LWPOLYLINE with bulges, and CIRCLE, of which the file does not tell whether
-/// they are holes: `is_hole` does.
+/// LWPOLYLINE with bulges, and CIRCLE, of which the file does not tell whether they are holes: `is_hole`
+/// does.
 Read read_dxf(const std::string& text, const std::function<bool(const Point&, double)>& is_hole) {
   Read read;
   std::istringstream lines(text);
@@ -384,8 +381,7 @@ TEST_F(OutlineArcs, EndInWhatIsStretchedToEllipses) {
 }
 
 TEST_F(OutlineArcs, LeaveAPolygonWhereTwoHolesAlmostTouch) {
-  // What is left between them is thinner than the tolerance, so that they are
-  // one hole in the cells.
+  // What is left between them is thinner than the tolerance, so that they are one hole in the cells.
   const Written w = written(model::subtract({box(0, 0, 20, 10), disk(5, 5, 3),
                                              disk(5 + 6.001 * std::cos(0.3), 5 + 6.001 * std::sin(0.3), 3)}),
                             1.0 / 16);

@@ -82,15 +82,13 @@ struct OutlinePiece {
   std::uint32_t line;                    ///< of its last edge
   std::vector<std::uint32_t> circles{};  ///< that are left beside what is unsure
   std::vector<Point> corners{};          ///< two or more
-  /// Where it meets its neighbour, if that is certain: its end is there, and
-  /// not in its last corner.
+  /// Where it meets its neighbour, if that is certain: its end is there, and not in its last corner.
   std::optional<Point> start{}, end{};
   bool is_bridged = false;  ///< its neighbours meet: it is left out
 
   [[nodiscard]] const Point& from() const { return corners.front(); }
   [[nodiscard]] const Point& to() const { return corners.back(); }
-  /// What comes next. Corners on a straight line are left out, but for those
-  /// near circles: they tell the way.
+  /// What comes next. Corners on a straight line are left out, but for those near circles: they tell the way.
   void append(OutlinePiece&& next) {
     if (kind == Kind::line || (kind == Kind::unsure && line == next.line)) corners.pop_back();
     corners.insert(corners.end(), next.corners.begin() + 1, next.corners.end());
@@ -144,8 +142,7 @@ class ArcFitter {
     return piece;
   }
 
-  /// Whether they are of one line or circle. Tangents may fall upon lines,
-  /// under numbers of their own.
+  /// Whether they are of one line or circle. Tangents may fall upon lines, under numbers of their own.
   [[nodiscard]] bool are_alike(const OutlinePiece& a, const OutlinePiece& b) const {
     if (a.kind != b.kind) return false;
     if (a.kind != Kind::line || a.number == b.number) return a.kind == Kind::unsure || a.number == b.number;
@@ -179,8 +176,7 @@ class ArcFitter {
   [[nodiscard]] double angle(const OutlinePiece& piece, const Point& point) const {
     return skins_.circle(piece.number).angle_of(point);
   }
-  /// The angle at which a piece of a circle begins, as an arc, and how far it
-  /// turns.
+  /// The angle at which a piece of a circle begins, as an arc, and how far it turns.
   [[nodiscard]] std::pair<double, double> arc_of(const OutlinePiece& piece) const {
     double from = angle(piece, piece.from()), sweep = sweep_of(piece);
     if (piece.end) sweep += between(angle(piece, piece.to()), angle(piece, *piece.end));
@@ -189,8 +185,7 @@ class ArcFitter {
     return {from + before, sweep - before};
   }
 
-  /// The path, if it goes once around one circle that bounds the solid all
-  /// around.
+  /// The path, if it goes once around one circle that bounds the solid all around.
   std::optional<OutlinePath> whole_circle() {
     const auto first = std::find_if(pieces_.begin(), pieces_.end(),
                                     [](const OutlinePiece& p) { return p.kind == Kind::circle; });
@@ -210,8 +205,7 @@ class ArcFitter {
     return OutlinePath{{{x - circle.radius, y}, {x + circle.radius, y}}, {bulge, bulge}};
   }
 
-  /// Makes one of two pieces of a circle, and of what is unsure between them,
-  /// if all is of the circle.
+  /// Makes one of two pieces of a circle, and of what is unsure between them, if all is of the circle.
   void join_alike() {
     for (std::size_t i = 0; pieces_.size() > 3 && i < pieces_.size();) {
       OutlinePiece &a = piece(i), &unsure = piece(i + 1), &b = piece(i + 2);
@@ -273,10 +267,10 @@ class ArcFitter {
     return points;
   }
 
-  /// Whether a piece certainly goes on from one of its ends to a point of its
-  /// line or circle, or is cut off there.
-  /// @param way +1 from its end, -1 from its start. @param other piece, that it
-  /// meets there. @param unsure piece between them; null: there is none.
+  /// Whether a piece certainly goes on from one of its ends to a point of its line or circle, or is cut off
+  /// there.
+  /// @param way +1 from its end, -1 from its start. @param other piece, that it meets there. @param unsure
+  /// piece between them; null: there is none.
   [[nodiscard]] bool reaches(const OutlinePiece& piece, int way, const Point& point,
                              const OutlinePiece& other, const OutlinePiece* unsure) const {
     const Point& end = way > 0 ? piece.to() : piece.from();
@@ -304,8 +298,7 @@ class ArcFitter {
     }
   }
 
-  /// Lets all pieces meet. @return false: one of them was not as it seemed, and
-  /// is unsure now.
+  /// Lets all pieces meet. @return false: one of them was not as it seemed, and is unsure now.
   bool join_all() {
     for (OutlinePiece& piece : pieces_) piece.start.reset(), piece.end.reset(), piece.is_bridged = false;
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
