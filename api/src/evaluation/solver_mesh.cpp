@@ -3,9 +3,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "bsp2/api/evaluation/run_options.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "evaluation/result.hpp"
-#include "evaluation/run_options.hpp"
 
 namespace bsp2 {
 
