@@ -189,7 +189,7 @@ def solver_mesh(
     size: Optional[float] = None,
     *,
     part_sizes: Optional[Mapping[str, float]] = None,
-    size_field: Optional[Iterable[Sequence[float]]] = None,
+    size_field: Union[_Path, Iterable[Sequence[float]], None] = None,
     growth: float = 0.6,
     clean: Optional[float] = None,
     groups: Union[Mapping[str, str], Sequence[str], None] = None,

@@ -328,10 +328,10 @@ export class Stage {
     this.updateVisibility();
   }
 
-  /** Else cells. What is told of regions is told of cells, and a surface of one part cannot be moved apart. */
   /** Cells that have not been seen yet come when they are wanted: the surface stays until then. */
   get showsSurface() { return this.hasSurface && (this.wantsSurface || this.regions.size === 0); }
 
+  /** Else cells. What is told of regions is told of cells, and a surface of one part cannot be moved apart. */
   get wantsSurface() {
     const { what, shade, explode } = this.look;
     if (what === 'cells' || shade === 'region' || shade === 'rank') return false;

@@ -62,8 +62,9 @@ struct SolverMeshOptions {
   /// x, y, z and size: edges are no longer than the size at the nearest of these places; without `size` as
   /// long. Options::size_field refines what is round alike.
   std::vector<std::array<double, 4>> size_field;
-  double growth = 0.6;              ///< by which share of the distance edges may grow from fine to coarse
-  std::optional<double> clean;      ///< what is shorter is absorbed; none: a millionth of the smallest part
+  double growth = 0.6;  ///< by which share of the distance edges may grow from fine to coarse
+  /// What is shorter is absorbed; none: a millionth of the smallest part, of what is round its tolerance.
+  std::optional<double> clean;
   std::vector<std::string> groups;  ///< faces by name: "NAME=WHERE", see docs/meshing.md
   bool polyhedra = false;           ///< the cells as they are instead: for files, there are no arrays of them
   bool dual = false;  ///< polyhedra about the points of the tetrahedra instead, for finite volumes: likewise
@@ -99,7 +100,8 @@ struct DrawingOutput {
 };
 
 /// Files that are written as part of an evaluation: it finds what they need, and no more. Each is made by
-/// itself; one that fails takes no other along (Figures::failed), but where it could not be written from the
+/// itself; one that fails takes no other along (Figures::failed), but for a drawing and a mesh for solvers,
+/// which are made before the others and throw. Where it could not be written from the
 /// start, nothing is computed. Folders are made where they are missing. The master alone writes, but for
 /// cells.
 struct Outputs {

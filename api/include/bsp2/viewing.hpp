@@ -30,7 +30,8 @@ struct ViewerOptions {
 
 /// Shows the model, or the snapshot, in a file; again whenever a file that it is made of is saved, until the
 /// last page is closed, or Options::stop says so. The surface is shown at the end. Collective.
-/// @param options without `outputs` and `budget`; `stop` is asked in the computation.
+/// @param options without those that the viewer decides: `outputs`, `budget`, `collect`, `order`; `stop` is
+/// asked in the computation.
 /// @throws Error if nothing can be served; with several ranks also for a mistake in the model.
 BSP2_API void view(const std::filesystem::path& file, const ViewerOptions& viewer = {},
                    const Options& options = {}, const Ranks& ranks = {});

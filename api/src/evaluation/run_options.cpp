@@ -49,9 +49,20 @@ void check_size_field(const std::vector<std::array<double, 4>>& rows) {
   }
 }
 
+void check_outputs(const Options& options) {
+  const Outputs& files = options.outputs;
+  const bool shows_cells = files.cells || files.picture || files.of_steps() || files.solver_mesh;
+  if (options.measures_only && (shows_cells || !files.surfaces.empty() || files.drawing))
+    throw Error("measures_only finds no cells, which outputs need");
+  if (options.surface_only && shows_cells) throw Error("surface_only finds no cells, which outputs need");
+}
+
 supersteps::RunOptions run_options(const Options& options) {
+  check_outputs(options);
   check_size_field(options.size_field);
   check_positive("size", options.size);
+  if (!options.size_field.empty() && (options.angle || options.snapshot))
+    throw Error("size_field goes neither with angle nor with snapshot");
   check_positive("tolerance", options.tolerance);
   check_positive("angle", options.angle);
   check_positive("budget", options.budget);

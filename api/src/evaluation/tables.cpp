@@ -31,6 +31,7 @@ std::vector<ClusterTable> measure_tables(const Expression& expression,
   return guarded([&] {
     constexpr unsigned most_nodes = 4096, most_level = 65535;
     if (node_counts.empty()) throw Error("no numbers of nodes are named");
+    if (!options.size_field.empty()) throw Error("tables know no size_field");
     for (const unsigned count : node_counts) check_in_range("a number of nodes", count, most_nodes);
     for (const auto& level : levels)
       if (level) check_in_range("a level", *level, most_level);

@@ -34,8 +34,7 @@ std::string Result::Implementation::picture(const std::string& format, const Vie
 }
 
 void Result::Implementation::animate(const std::filesystem::path& path, const Film& film, const View& view) {
-  if (film.count < 1 || !(film.rate >= 0.01 && film.rate <= 1000))
-    throw Error("an animation has pictures: count is 1 or more, rate from 0.01 to 1000 a second");
+  api::check(film);
   check_cells("an animation");
   if (!ranks->ranks.is_master() || !result.is_collected)
     throw Error("an animation is drawn by the master, if it has all cells: evaluate with Collect::master");

@@ -2,6 +2,7 @@
 
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/sheet.hpp"
+#include "outputs/outputs.hpp"
 
 namespace bsp2::api {
 namespace fs = std::filesystem;
@@ -13,7 +14,9 @@ void check_drawing(const DrawingOutput& output, std::string_view dashes) {
 
 void write_drawing(const Writing& writing, supersteps::RunResult& result, supersteps::Ranks& ranks,
                    const Run& run, Written& written) {
-  if (!result.report.failed.empty()) return;
+  // Why there are none is told already.
+  const bool has_no_faces = result.report.dimension == 3 && !result.faces;
+  if (told_by_master(has_no_faces, ranks)) return;
   const DrawingOutput& output = *writing.files.drawing;
   const drawing::DrawingOptions options = drawing_options(output.drawing, writing.dashes);
   const drawing::Drawing drawn = draw(writing.run, options, result, ranks, run, writing.dashes);

@@ -8,6 +8,7 @@
 #include <string>
 #include <system_error>
 
+#include "bsp2/api/products/solver_mesh.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/animation.hpp"
@@ -17,6 +18,7 @@
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
 #include "outputs/drawings.hpp"
+#include "outputs/film.hpp"
 #include "outputs/pictures.hpp"
 
 namespace bsp2::api {
@@ -62,12 +64,18 @@ void check_formats(const Writing& writing) {
     check_ending(file, io::surface_format(file) != nullptr, io::surface_endings());
   if (files.film && !files.picture) throw Error("an animation needs the name of a file: outputs.picture");
   if (files.picture && !files.film) picture_options(files.view, format_of(*files.picture));
+  if (files.film || files.frames) picture_options(files.view, supersteps::PictureFormat::png);
+  if (files.film) check(*files.film);
   if (files.drawing)
     for (const fs::path& file : files.drawing->files)
       check_ending(file, io::sheet_format(file).has_value(), ".svg, .pdf or .dxf");
   if (files.solver_mesh) {
     const fs::path& file = files.solver_mesh->file;
-    check_ending(file, io::solver_format(file).has_value(), io::solver_endings());
+    const SolverMeshOptions& mesh = files.solver_mesh->mesh;
+    check_mesh_options(mesh);
+    check_mesh_file(file, mesh.polyhedra || mesh.dual, files.solver_mesh->second_order,
+                    files.solver_mesh->gmsh_version);
+    if (!writing.run.keep_in) throw Error("the IN cells are meshed: evaluate with keep_in");
   }
   if (files.clean && !(*files.clean >= 0 && std::isfinite(*files.clean)))
     throw Error("clean is a length, 0 or more");

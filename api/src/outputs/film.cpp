@@ -39,10 +39,17 @@ void stand(supersteps::PictureOptions& view, const std::vector<Film::Camera>& pa
   const double rest = place - static_cast<double>(before);
   view.eye = between(from.eye, to.eye, rest);
   if (!from.look && !to.look) return;
-  view.look = between(from.look.value_or(*to.look), to.look.value_or(*from.look), rest);
+  view.look = between(from.look ? *from.look : *to.look, to.look ? *to.look : *from.look, rest);
 }
 
 }  // namespace
+
+void check(const Film& film) {
+  if (film.count < 1 || !(film.rate >= 0.01 && film.rate <= 1000))
+    throw Error("an animation has pictures: count is 1 or more, rate from 0.01 to 1000 a second");
+  if (film.sweep && (film.sweep->axis < 0 || film.sweep->axis > 2))
+    throw Error("sweep: axis is 0, 1 or 2, not " + std::to_string(film.sweep->axis));
+}
 
 supersteps::PictureOptions view_of(const Film& film, supersteps::PictureOptions view, unsigned i,
                                    unsigned most_level) {

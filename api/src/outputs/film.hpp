@@ -8,6 +8,9 @@
 
 namespace bsp2::api {
 
+/// @throws bsp2::Error for what makes no sense.
+void check(const Film& film);
+
 /// Picture number `i` of an animation. @param most_level of the cells.
 supersteps::PictureOptions view_of(const Film& film, supersteps::PictureOptions view, unsigned i,
                                    unsigned most_level);

@@ -136,14 +136,6 @@ void tell_eye(geometry::Label at_eye, supersteps::RunReport& report) {
         "others");
 }
 
-/// What the master says, on all ranks. Collective.
-bool told_by_master(bool said, supersteps::Ranks& ranks) {
-  if (ranks.is_master())
-    for (int rank = 1; rank < ranks.count(); ++rank) ranks.send(rank, said ? "yes" : "no");
-  ranks.sync();
-  return ranks.is_master() ? said : ranks.received().front().bytes == "yes";
-}
-
 void draw_picture(const Writing& writing, supersteps::RunResult& result, supersteps::Ranks& ranks) {
   bool possible = false;
   ranks.agree([&] {
@@ -294,14 +286,16 @@ void write_results(const Writing& writing, supersteps::RunResult& result, supers
 /// The mesh of a finished run, and its file; what there is to tell goes into the report. Of the master.
 MeshFigures write_solver_mesh(const Writing& writing, supersteps::RunResult& result) {
   const SolverMeshOutput& output = *writing.files.solver_mesh;
-  if (writing.on_writing) writing.on_writing(output.file);
+  fs::path file = output.file;
+  if (file.extension() == ".foam") file.replace_extension();
+  if (writing.on_writing) writing.on_writing(file);
   MadeSolverMesh made = make_solver_mesh(output.mesh, result, writing.dashes);
   auto& report = result.report;
   report.warnings.insert(report.warnings.end(), made.warnings.begin(), made.warnings.end());
   report.notes.insert(report.notes.end(), made.notes.begin(), made.notes.end());
   if (output.second_order) io::add_middles(made.mesh);
   made.summary.points = made.mesh.points().size();
-  io::write_solver_mesh(output.file, made.mesh, output.gmsh_version);
+  io::write_solver_mesh(file, made.mesh, output.gmsh_version);
   return made.summary;
 }
 
@@ -312,7 +306,8 @@ void mesh_cells(const Writing& writing, supersteps::RunResult& result, superstep
   ranks.agree([&] {
     if (!ranks.is_master()) return;
     std::optional<geometry::Interruption> by_user;
-    if (writing.stops_gently) by_user.emplace(writing.run.interrupted);
+    if (writing.run.interrupted && (writing.stops_gently || ranks.count() > 1))
+      by_user.emplace(writing.run.interrupted);
     try {
       written.solver_mesh = write_solver_mesh(writing, result);
     } catch (const geometry::Interrupted&) {
@@ -323,6 +318,13 @@ void mesh_cells(const Writing& writing, supersteps::RunResult& result, superstep
 }
 
 }  // namespace
+
+bool told_by_master(bool said, supersteps::Ranks& ranks) {
+  if (ranks.is_master())
+    for (int rank = 1; rank < ranks.count(); ++rank) ranks.send(rank, said ? "yes" : "no");
+  ranks.sync();
+  return ranks.is_master() ? said : ranks.received().front().bytes == "yes";
+}
 
 void ask_for(const Outputs& files, bool only, supersteps::RunOptions& run) {
   const auto any = [&](const auto& is_such) {
@@ -363,7 +365,7 @@ supersteps::RunResult write_run(const Writing& writing, supersteps::Ranks& ranks
   if (result.report.interrupted) return result;
   if (writing.files.drawing) write_drawing(writing, result, ranks, evaluate, written);
   if (!cells_are_written) write_cells(writing, result, ranks);
-  if (writing.files.solver_mesh) mesh_cells(writing, result, ranks, written);
+  if (writing.files.solver_mesh && !result.report.interrupted) mesh_cells(writing, result, ranks, written);
   if (result.report.interrupted) return result;
   write_results(writing, result, ranks, written);
   if (ranks.is_master()) written.files = written_files(writing, result.report);

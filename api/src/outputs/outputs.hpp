@@ -35,6 +35,9 @@ struct Written {
   std::optional<Figures::Drawing> drawing;
 };
 
+/// What the master says, on all ranks. Collective.
+bool told_by_master(bool said, supersteps::Ranks& ranks);
+
 /// What the run has to find for its files. @param only nothing else is wanted.
 void ask_for(const Outputs& files, bool only, supersteps::RunOptions& run);
 

@@ -125,6 +125,10 @@ void check_word(const std::string& word, const std::vector<std::string>& words, 
 supersteps::RunOptions options_of_model(const supersteps::RunOptions& options, bool is_master) {
   supersteps::RunOptions again = options;
   again.on_cells = {};
+  again.on_frame = {};
+  again.snapshot.reset();  // which is of the model
+  again.contacts = false;
+  again.budget_seconds.reset();
   again.resume.reset();
   again.steps.reset();
   again.surface_only = again.boundary = again.faces = true;

@@ -158,7 +158,7 @@ class SolverMeshMaker {
   }
   /// Where what is round is more exact, less is absorbed.
   [[nodiscard]] meshing::SizeField clean_by_place() const {
-    if (options_.clean || !result_.report.tolerance || options_.size_field.empty()) return {};
+    if (options_.clean || !result_.report.tolerance_by_place || options_.size_field.empty()) return {};
     auto rows = squared_shares(options_.size_field, options_.size);
     for (auto& row : rows) row[3] *= summary_.clean;
     return field_of(rows);

@@ -20,6 +20,7 @@ JobQueue JobQueue::split(const Expression& expression, const std::filesystem::pa
   return guarded([&] {
     if (!(job_seconds >= 0 && std::isfinite(job_seconds)))
       throw Error("job_seconds is " + Value(job_seconds).text() + "; it takes 0 or more");
+    if (!options.size_field.empty()) throw Error("jobs know no size_field");
     std::vector<std::string> ignored;  // told when the results are put together
     api::Queue::split(run_options(expression, options, ignored), folder, job_seconds);
     return JobQueue(folder);

@@ -99,7 +99,7 @@ Gaze::Wanted Gaze::wanted(const Detail& detail, std::uint64_t run_of_surface) co
                 return a.depth < b.depth;
               })->depth;
   if (!sees_all && are_outside(corners)) return {detail.coarsest, nearest, false};
-  if (nearest <= 0) return {detail.finest, 0, true};
+  if (!(nearest > 0)) return {detail.finest, 0, true};  // also where products were too large for numbers
   const double growth = std::hypot(matrix[1], matrix[5], matrix[9]);  // of what is upright, at depth 1
   const double step = 2 * nearest / (growth * std::max(1.0, height)) / steps_of_a_pixel;
   const int level = std::isfinite(step) && step > 0 ? std::ilogb(step) : detail.finest;

@@ -223,7 +223,13 @@ class Server::Implementation::Page : public std::enable_shared_from_this<Page> {
   /// Sends what is new, if nothing is being sent.
   void write() {
     if (!is_ready_ || is_writing_) return;
-    const auto next = reader_.next();
+    std::optional<Reader::Next> next;
+    try {
+      next = reader_.next();
+    } catch (const std::exception&) {  // no memory for a level: the page goes, not what is computed
+      beast::get_lowest_layer(socket_).close();
+      return;
+    }
     if (!next) return;
     is_writing_ = true;
     socket_.binary(!next->is_text);

@@ -10,7 +10,9 @@
 #include "bsp2/api/report/report_json.hpp"
 #include "bsp2/formats.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
+#include "evaluation/patience.hpp"
 #include "evaluation/told.hpp"
+#include "outputs/outputs.hpp"
 #include "viewer/file_watch.hpp"
 #include "viewer/viewer.hpp"
 
@@ -28,6 +30,7 @@ struct Show {
   const ViewerOptions& viewer;
   const Options& options;
   Ranks::Implementation& ranks;
+  std::vector<std::string> warnings{};  ///< of the files of an expression
   [[nodiscard]] bool is_stopped() const { return options.stop && options.stop(); }
 };
 
@@ -92,7 +95,9 @@ void show_once(const Show& show, Viewer& viewer, FileWatch* watch) {
   if (ranks.count() == 1)
     run.on_new_cells = [&](const std::shared_ptr<const geometry::CellBatch>& cells) { viewer.add(cells); };
   run.steer = [&](unsigned) { return viewer.steer(); };
-  const supersteps::RunResult result = show.ranks.engine(run, ranks);
+  supersteps::RunResult result = show.ranks.engine(run, ranks);
+  auto& warnings = result.report.warnings;
+  warnings.insert(warnings.begin(), show.warnings.begin(), show.warnings.end());
   if (result.report.interrupted)
     viewer.fail("");
   else if (ranks.is_master())
@@ -120,15 +125,19 @@ void show_and_tell(const Show& show, Viewer& viewer, FileWatch* watch) {
 
 void serve(const Show& show) {
   supersteps::Ranks& ranks = show.ranks.ranks;
+  const Patience patience(ranks, show.options.timeout);
   std::optional<Viewer> viewer;
-  ranks.together([&] { viewer.emplace(show.viewer, ranks.is_master()); });
   std::optional<FileWatch> watch;
   std::optional<Lookout> lookout;
-  if (ranks.is_master()) {
-    if (show.watched) watch.emplace(*show.watched);
-    lookout.emplace(show, viewer->server(), watch ? &*watch : nullptr);
-    if (show.viewer.serves) show.viewer.serves(viewer->server().link());
-  }
+  ranks.together([&] {
+    viewer.emplace(show.viewer, ranks.is_master());
+    ranks.agree([&] {
+      if (!ranks.is_master()) return;
+      if (show.watched) watch.emplace(*show.watched);
+      lookout.emplace(show, viewer->server(), watch ? &*watch : nullptr);
+      if (show.viewer.serves) show.viewer.serves(viewer->server().link());
+    });
+  });
   for (;;) {
     if (watch) watch->begin();
     show_and_tell(show, *viewer, watch ? &*watch : nullptr);
@@ -137,6 +146,19 @@ void serve(const Show& show) {
     ranks.together([&] { next = wait_for_next(ranks, lookout ? &*lookout : nullptr); });
     if (next == Next::end) return;
   }
+}
+
+/// What the master says. Collective. @throws Error if it is a snapshot that cannot be read.
+bool is_readable_snapshot(const std::filesystem::path& file, supersteps::Ranks& ranks) {
+  bool is_one = false;
+  ranks.together([&] {
+    ranks.agree([&] {
+      is_one = ranks.is_master() && is_snapshot(file);
+      if (is_one) io::check_snapshot_is_readable(file);
+    });
+    is_one = told_by_master(is_one, ranks);
+  });
+  return is_one;
 }
 
 /// Without what the viewer decides itself.
@@ -164,8 +186,7 @@ void view(const std::filesystem::path& file, const ViewerOptions& viewer, const 
           const Ranks& ranks) {
   guarded([&] {
     supersteps::RunOptions run = api::shown(run_options(api::of_viewer(options)));
-    if (is_snapshot(file)) {
-      io::check_snapshot_is_readable(file);
+    if (api::is_readable_snapshot(file, ranks.implementation()->ranks)) {
       run.resume = file;
       run.steps = 0;  // nothing is computed, only shown as it is
     } else {
@@ -178,10 +199,11 @@ void view(const std::filesystem::path& file, const ViewerOptions& viewer, const 
 void view(const Expression& expression, const ViewerOptions& viewer, const Options& options,
           const Ranks& ranks) {
   guarded([&] {
-    std::vector<std::string> ignored;
-    supersteps::RunOptions run = api::shown(run_options(expression, api::of_viewer(options), ignored));
+    std::vector<std::string> warnings;
+    supersteps::RunOptions run = api::shown(run_options(expression, api::of_viewer(options), warnings));
     const std::string name = run.model.filename().string();
-    api::serve({std::move(run), name, std::nullopt, viewer, options, *ranks.implementation()});
+    api::serve(
+        {std::move(run), name, std::nullopt, viewer, options, *ranks.implementation(), std::move(warnings)});
   });
 }
 

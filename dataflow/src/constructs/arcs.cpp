@@ -108,7 +108,7 @@ class ArcFitter {
     divide(path);
     if (const auto circle = whole_circle()) return *circle;
     join_alike();
-    while (pieces_.size() > 1 && !join_all()) unite_unsure();
+    while (!join_all()) unite_unsure();
     return assembled();
   }
   std::uint32_t arcs = 0, polygons = 0;  ///< of the last path

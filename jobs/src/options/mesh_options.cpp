@@ -60,7 +60,7 @@ void add_mesh_options(CLI::App& app, MeshText& text) {
       ->group(group);
   app.add_option("--clean", text.clean,
                  "absorb what is shorter, by moves of so much at most\n(default: a millionth of the smallest "
-                 "part's size)")
+                 "part's size; of what\nis round, its tolerance)")
       ->check(is_length())
       ->type_name("T")
       ->group(group);

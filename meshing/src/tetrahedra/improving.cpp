@@ -349,7 +349,6 @@ class Shaping {
       editor_.find_planes(p, planes);
       if (const auto place = options_.true_place(planes, editor_.point(p))) left.emplace_back(p, *place);
     }
-    const std::size_t all = left.size();
     std::vector<Point> before;
     for (const auto& [p, place] : left) before.push_back(editor_.point(p));
     auto open = left;
@@ -360,7 +359,7 @@ class Shaping {
         if (editor_.kind(p) == Editor::inside) editor_.smooth(p);
       }
     }
-    for (std::size_t i = 0; i < all; ++i) {
+    for (std::size_t i = 0; i < left.size(); ++i) {
       const double moved = distance(before[i], editor_.point(left[i].first));
       report_.placed += moved > 0 ? 1 : 0;
       report_.largest_placing = std::max(report_.largest_placing, moved);

@@ -1,6 +1,7 @@
 #include "bsp2/model/msh/size_field.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <optional>
@@ -67,7 +68,8 @@ std::vector<Row> read_mesh(const std::filesystem::path& path, bool is_vtu) {
 }  // namespace
 
 std::vector<Row> read_size_field(const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
+  std::string ending = path.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
   return ending == ".vtu" || ending == ".msh" ? read_mesh(path, ending == ".vtu") : read_lines(path);
 }
 

@@ -182,18 +182,26 @@ void read_surface(const ReadRequest& request, PartsWriter& writer) {
 
 // --- sizes by place ---
 
+struct SizeArray {
+  vtkDataArray* numbers = nullptr;
+  bool is_of_points = false;
+};
+
 /// The one that is called "size", or else the only one that has a number for each point or cell; none.
-vtkDataArray* size_array(vtkUnstructuredGrid* grid) {
-  std::vector<vtkDataArray*> all;
-  for (vtkFieldData* const data :
-       {static_cast<vtkFieldData*>(grid->GetPointData()), static_cast<vtkFieldData*>(grid->GetCellData())})
+SizeArray size_array(vtkUnstructuredGrid* grid) {
+  std::vector<SizeArray> all;
+  for (const bool is_of_points : {true, false}) {
+    vtkFieldData* const data = is_of_points ? static_cast<vtkFieldData*>(grid->GetPointData())
+                                            : static_cast<vtkFieldData*>(grid->GetCellData());
     for (int i = 0; i < data->GetNumberOfArrays(); ++i) {
       vtkDataArray* const array = data->GetArray(i);
       if (array == nullptr || array->GetNumberOfComponents() != 1) continue;
-      if (array->GetName() != nullptr && std::string(array->GetName()) == "size") return array;
-      all.push_back(array);
+      if (array->GetName() != nullptr && std::string(array->GetName()) == "size")
+        return {array, is_of_points};
+      all.push_back({array, is_of_points});
     }
-  return all.size() == 1 ? all.front() : nullptr;
+  }
+  return all.size() == 1 ? all.front() : SizeArray{};
 }
 
 std::array<double, 3> middle_of_cell(vtkUnstructuredGrid* grid, vtkIdType cell) {
@@ -216,10 +224,9 @@ void read_sizes(const ReadRequest& request, PartsWriter& writer) {
   update(reader.Get(), request.path);
   vtkUnstructuredGrid* const grid = reader->GetOutput();
   if (grid->GetNumberOfPoints() == 0) fail_without("points", request.path);
-  vtkDataArray* const sizes = size_array(grid);
+  const auto [sizes, is_of_points] = size_array(grid);
   if (sizes == nullptr)
     throw Error("there must be an array 'size' of one number for each point or cell, or only one such array");
-  const bool is_of_points = grid->GetPointData()->HasArray(sizes->GetName()) != 0;
   const vtkIdType count = is_of_points ? grid->GetNumberOfPoints() : grid->GetNumberOfCells();
   if (sizes->GetNumberOfTuples() < count) throw Error("it is damaged: there are too few sizes");
   std::vector<std::array<double, 4>> rows;
@@ -235,7 +242,8 @@ void read_sizes(const ReadRequest& request, PartsWriter& writer) {
 }
 
 void read(const ReadRequest& request, PartsWriter& writer) {
-  request.path.ends_with(".vtu") ? read_sizes(request, writer) : read_surface(request, writer);
+  request.path.ends_with(".vtu") || request.path.ends_with(".VTU") ? read_sizes(request, writer)
+                                                                   : read_surface(request, writer);
 }
 
 }  // namespace

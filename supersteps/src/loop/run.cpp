@@ -499,6 +499,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   limit_refinement(network, options);
   if (network.is_round()) {
     report.tolerance = options.tolerance;
+    report.tolerance_by_place = options.tolerance_shares != nullptr;
     report.angle = options.angle;
     report.eye = options.eye;
   }
@@ -639,9 +640,10 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.ranks = static_cast<unsigned>(ranks.count());
   report.dimension = source.model.expression.dimension();
   if (options.tolerance_shares && (options.angle || options.snapshot || options.resume))
-    throw Error("a tolerance by place goes neither with an angle nor with snapshots");
+    throw Error("a size field goes neither with an angle nor with snapshots");
   if (options.tolerance_shares && report.dimension != 3)
-    throw Error("a tolerance by place is for models of 3 dimensions");
+    throw Error("size fields are for models of 3 dimensions, this one has " +
+                std::to_string(report.dimension));
   if (options.angle && options.eye.empty()) throw Error("an angle needs an eye from which it is seen");
   if (!options.eye.empty() && options.eye.size() != static_cast<std::size_t>(report.dimension))
     throw Error("the eye has " + counted(options.eye.size(), "# coordinate[s], the model has ") +

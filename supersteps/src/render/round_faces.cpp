@@ -247,22 +247,29 @@ std::optional<Vector> RoundFaces::place_on(
   }
   if (bodies.empty() || bodies.size() + kept.size() > 3) return std::nullopt;
   Vector at = point;
-  const auto farthest = [&] {
-    double most = 0;
-    for (const std::int32_t body : bodies) most = std::max(most, distance(body, at));
-    return most;
-  };
-  const double before = farthest();
-  for (int step = 0; step < 20 && std::isfinite(before); ++step)
+  double before = 0;
+  for (const std::int32_t body : bodies) before = std::max(before, distance(body, at));
+  if (!std::isfinite(before)) return std::nullopt;
+  const double enough = 1e-6 * before;
+  for (int step = 0; step < 20; ++step) {
+    bool is_there = true;
     for (const std::int32_t body : bodies) {
       const double away = distance(body, at);
+      if (!std::isfinite(away)) return std::nullopt;
+      if (away <= enough) continue;
+      is_there = false;
       const Vector way = across(normal({body, 0, 1}, at, {1, 0, 0}), kept);
-      const double slope = dot(way, way);
-      if (!(slope > least_slope)) return std::nullopt;
-      const Vector one = moved(at, away / slope, way), other = moved(at, -away / slope, way);
-      at = distance(body, one) < distance(body, other) ? one : other;
+      if (!(dot(way, way) > least_slope)) return std::nullopt;
+      // Distances are about: how much they change on the way is measured.
+      const double little = away / 8;
+      const double slope =
+          (distance(body, moved(at, little, way)) - distance(body, moved(at, -little, way))) / (2 * little);
+      if (!(std::fabs(slope) > least_slope)) return std::nullopt;
+      at = moved(at, -away / slope, way);
     }
-  return farthest() <= 1e-6 * before ? std::optional(at) : std::nullopt;
+    if (is_there) return at;
+  }
+  return std::nullopt;
 }
 
 }  // namespace bsp2::supersteps

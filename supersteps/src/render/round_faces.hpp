@@ -46,7 +46,7 @@ class RoundFaces {
   /// How far a point of the model is from the surface of what is truly round, about.
   [[nodiscard]] double distance(std::int32_t body, const Vector& point) const;
   /// Where a point belongs that is on these planes: on the surfaces of what is truly round that some of them
-  /// enclose, and in those that are of the model. By Newton's method; @param plane_at gives a plane's normal.
+  /// enclose, and in those that are of the model. By Newton's method; @param normal_of a plane.
   /// @return none if nothing there is truly round, or that has no end.
   [[nodiscard]] std::optional<Vector> place_on(
       std::span<const std::uint32_t> planes, const Vector& point,

@@ -40,6 +40,49 @@ Expression random_solid(std::mt19937& random) {
   return (box() + box() + box() - box()).part("one") + cuboid({1, 1, 1}).translate({9, 0, 0}).part("two");
 }
 
+/// Sections evaluate the model once more, without a half of it: the snapshot stays that of the whole.
+TEST(Outputs, SnapshotsAreOfTheModelWhateverIsDrawn) {
+  const samples::TemporaryFolder folder;
+  Options options{.threads = 1};
+  options.snapshot = folder.path() / "s.h5";
+  options.outputs.drawing = {{folder.path() / "a.svg"}, {.views = {"front"}, .sections = {"A=x:1"}}};
+  const Result drawn = evaluate(cuboid({2, 3, 4}) - cuboid({1, 1, 1}), options);
+  EXPECT_TRUE(fs::exists(folder.path() / "a.svg"));
+  EXPECT_EQ(resume(folder.path() / "s.h5", {.threads = 1}).digest(), drawn.digest());
+}
+
+/// What needs cells where none are found, and meshes that make no sense, are told before anything is
+/// computed.
+TEST(Outputs, ThatCannotBeAreTold) {
+  const auto expect_told = [](const Options& options, const std::string& text) {
+    try {
+      evaluate(cube(), options);
+      ADD_FAILURE() << "nothing is told of: " << text;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+    }
+  };
+  Options cells;
+  cells.outputs.cells = "a.pvtu";
+  cells.measures_only = true;
+  expect_told(cells, "measures_only");
+  cells.measures_only = false;
+  cells.surface_only = true;
+  expect_told(cells, "surface_only");
+  Options mesh;
+  mesh.outputs.solver_mesh = {"a.msh", {.dual = true}};
+  expect_told(mesh, "hold polyhedra");
+  mesh.outputs.solver_mesh = {"a.msh", {.size = -1}};
+  expect_told(mesh, "size is -1");
+  Options film;
+  film.outputs.picture = "a.apng";
+  film.outputs.film = Film{.sweep = Film::Sweep{.axis = 3}};
+  expect_told(film, "axis");
+  Options field{.size_field = {{0, 0, 0, 1}}};
+  field.snapshot = "a.h5";
+  expect_told(field, "size_field");
+}
+
 /// What an evaluation writes on its way is what its result writes, and holds nothing then.
 TEST(Outputs, AreWhatAResultWrites) {
   const unsigned seed = seed_of_outputs();

@@ -114,6 +114,24 @@ TEST(Products, SolverMeshesOfWhatIsRoundComeToItsSurface) {
   EXPECT_GT(in_half[1], in_half[0] * 3 / 2);
 }
 
+/// Distances are rounded off for cones and stretched balls: points come to their surfaces all the same.
+TEST(Products, SolverMeshesOfConesAndEllipsoidsComeToTheirSurfaces) {
+  const auto expect_there = [](const Expression& solid, double size, const auto& off) {
+    const SolverMesh mesh = evaluate(solid, {.tolerance = 0.05}).solver_mesh({.size = size});
+    std::set<std::uint32_t> outer(mesh.triangles().begin(), mesh.triangles().end());
+    std::size_t there = 0;
+    for (const std::uint32_t p : outer)
+      there += off(mesh.points().subspan(std::size_t{3} * p, 3)) < 1e-5 ? 1 : 0;
+    EXPECT_GT(there, outer.size() * 2 / 3);
+  };
+  expect_there(ball(3, 1).scale({3, 1, 1.5}), 0.8, [](std::span<const double> x) {
+    return std::fabs(std::hypot(x[0] / 3, x[1], x[2] / 1.5) - 1);
+  });
+  expect_there(cone(0.5, 2, 0), 0.8, [](std::span<const double> x) {  // its side and its lid
+    return std::min(std::fabs(std::hypot(x[0], x[1]) - (2 - 4 * x[2])), std::fabs(x[2]));
+  });
+}
+
 TEST(Products, DrawingsAreWrittenAndMistakesTold) {
   const Folder folder;
   const Expression block = cuboid({4, 3, 2}) - cuboid({1, 1, 9}).translate({1, 1, -1});

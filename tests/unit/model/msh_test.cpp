@@ -23,6 +23,7 @@
 #include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
 #include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -281,11 +282,10 @@ TEST(Msh, TellsWhatIsWrongAndWhere) {
 // --- sizes by place ---
 
 std::vector<std::array<double, 4>> sizes_in(const std::string& bytes, const std::string& name) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / name;
+  const samples::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / name;
   std::ofstream(file, std::ios::binary) << bytes;
-  const auto sizes = read_size_field(file);
-  std::filesystem::remove(file);
-  return sizes;
+  return read_size_field(file);
 }
 
 std::string message_about(const std::string& bytes, const std::string& name) {

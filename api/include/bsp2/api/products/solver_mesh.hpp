@@ -29,6 +29,12 @@ struct MadeSolverMesh {
 MadeSolverMesh make_solver_mesh(const SolverMeshOptions& options, const supersteps::RunResult& result,
                                 std::string_view dashes = "");
 
+/// @throws bsp2::Error for what makes no sense.
+void check_mesh_options(const SolverMeshOptions& options);
+/// @throws bsp2::Error if the file's format cannot hold such a mesh.
+void check_mesh_file(const std::filesystem::path& path, bool is_of_polyhedra, bool second_order,
+                     int gmsh_version);
+
 /// Which share of the tolerance what is round may have by place, so that its facets have these lengths to
 /// each other: that of the squares. @param size_field x, y, z and a length above 0. @param size of which the
 /// tolerance is, and nothing is longer; none or 0: the largest. @return null without any.

@@ -58,8 +58,8 @@ struct RunOptions {
   Order order = Order::depth;
   std::vector<double> eye;  ///< D numbers: with Order::priority, what looks largest from here is refined
                             ///< first; and see `angle`
-  std::optional<unsigned> level;         ///< stop at this depth of the BSP tree, the rest stays FUZZY
-  std::optional<double> tolerance;       ///< round solids are refined until FUZZY cells are thinner than this
+  std::optional<unsigned> level;    ///< stop at this depth of the BSP tree, the rest stays FUZZY
+  std::optional<double> tolerance;  ///< round solids are refined until FUZZY cells are thinner than this
   /// Of that, shares by place, for D = 3: the middle of a cell looks up its own. Not with `angle`, and no
   /// snapshot keeps it.
   std::shared_ptr<const meshing::SizeField> tolerance_shares;

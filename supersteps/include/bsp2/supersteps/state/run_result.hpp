@@ -118,6 +118,7 @@ struct RunReport : Measures {
   std::uint64_t in_cells = 0, fuzzy_cells = 0;
   std::optional<std::uint64_t> out_cells;  ///< when OUT cells are kept
   std::optional<double> tolerance;         ///< of round solids, given or chosen
+  bool tolerance_by_place = false;         ///< shares of it (RunOptions::tolerance_shares)
   std::optional<double> angle;             ///< likewise, given: as seen from `eye`, in degrees
   std::vector<double> eye;
   std::vector<NamedPart> named_parts;      ///< in the order of their numbers
