@@ -368,6 +368,13 @@ TEST_F(OutlineArcs, AreSharedByAHoleAndThePinInIt) {
   EXPECT_NEAR(w.svg.area, 400 + 25 * pi, 1e-9);
 }
 
+/// Of one part, that bounds nothing.
+TEST_F(OutlineArcs, AreNotWhereADiskFillsItsHole) {
+  const Expression plate = box(-10, -10, 20, 20), disk_of = disk(1, 2, 5);
+  expect_exact(model::unite({disk_of, model::subtract({plate, disk_of})}), 400, 0);
+  expect_exact(model::unite({disk_of, model::subtract({plate, disk_of, disk(-6, -6, 2)})}), 400 - 4 * pi, 1);
+}
+
 TEST_F(OutlineArcs, EndInWhatIsStretchedToEllipses) {
   const Expression ellipse = model::transform(std::vector<double>{2, 0, 0, 0, 1, 0, 0, 0, 1}, disk(0, 0, 1));
   const Written alone = written(ellipse, 1.0 / 64),

@@ -42,13 +42,6 @@ void check_positive(const char* name, const std::optional<double>& number) {
     throw Error(std::string(name) + " is " + Value(*number).text() + "; it takes a number above 0");
 }
 
-void check_size_field(const std::vector<std::array<double, 4>>& rows) {
-  for (const auto& [x, y, z, size] : rows) {
-    check_positive("size of size_field", size);
-    if (!std::isfinite(x + y + z)) throw Error("size_field has places that are no numbers");
-  }
-}
-
 void check_outputs(const Options& options) {
   const Outputs& files = options.outputs;
   const bool shows_cells = files.cells || files.picture || files.of_steps() || files.solver_mesh;
@@ -59,7 +52,7 @@ void check_outputs(const Options& options) {
 
 supersteps::RunOptions run_options(const Options& options) {
   check_outputs(options);
-  check_size_field(options.size_field);
+  api::check_size_field(options.size_field);
   check_positive("size", options.size);
   if (!options.size_field.empty() && (options.angle || options.snapshot))
     throw Error("size_field goes neither with angle nor with snapshot");

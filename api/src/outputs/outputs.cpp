@@ -290,6 +290,8 @@ MeshFigures write_solver_mesh(const Writing& writing, supersteps::RunResult& res
   if (file.extension() == ".foam") file.replace_extension();
   if (writing.on_writing) writing.on_writing(file);
   MadeSolverMesh made = make_solver_mesh(output.mesh, result, writing.dashes);
+  if (writing.run.strict && !made.warnings.empty())
+    throw Error(made.warnings.front() + "; " + writing.dashes + "strict turns warnings into errors");
   auto& report = result.report;
   report.warnings.insert(report.warnings.end(), made.warnings.begin(), made.warnings.end());
   report.notes.insert(report.notes.end(), made.notes.begin(), made.notes.end());

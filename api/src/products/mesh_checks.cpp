@@ -1,7 +1,6 @@
 #include <cmath>
 #include <string>
 
-#include "bsp2/api/evaluation/run_options.hpp"
 #include "bsp2/api/products/solver_mesh.hpp"
 #include "bsp2/expression.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
@@ -16,6 +15,13 @@ void check_length(const char* name, double length, bool may_be_none) {
 }
 
 }  // namespace
+
+void check_size_field(const std::vector<std::array<double, 4>>& rows) {
+  for (const auto& [x, y, z, size] : rows) {
+    check_length("size of size_field", size, false);
+    if (!std::isfinite(x + y + z)) throw Error("size_field has places that are no numbers");
+  }
+}
 
 void check_mesh_options(const SolverMeshOptions& options) {
   if (options.size) check_length("size", *options.size, true);

@@ -96,6 +96,10 @@ meshing::SizeField field_of(const std::vector<std::array<double, 4>>& rows) {
   return meshing::SizeField(std::move(entries));
 }
 
+/// Of a length in a size field of the largest: what is shorter refines what is round no further, which takes
+/// cells by its square.
+constexpr double least_share = 1.0 / 64;
+
 /// See tolerance_shares.
 std::vector<std::array<double, 4>> squared_shares(std::vector<std::array<double, 4>> rows,
                                                   std::optional<double> size) {
@@ -103,7 +107,7 @@ std::vector<std::array<double, 4>> squared_shares(std::vector<std::array<double,
   if (!(whole > 0))
     for (const auto& row : rows) whole = std::max(whole, row[3]);
   for (auto& row : rows) {
-    const double share = std::min(row[3] / whole, 1.0);
+    const double share = std::clamp(row[3] / whole, least_share, 1.0);
     row[3] = share * share;
   }
   return rows;
@@ -165,6 +169,14 @@ class SolverMeshMaker {
   }
 
   void tell_what_is_left_out() {
+    if (result_.report.tolerance_by_place) {
+      const double least = least_share * options_.size.value_or(field_.largest());
+      if (std::ranges::any_of(options_.size_field, [&](const auto& row) { return row[3] < least; }))
+        made_.notes.push_back(fmt::format(
+            "lengths in the size field below a 64th of the largest ({:.3g}) do not refine what is round any "
+            "further",
+            least));
+    }
     const supersteps::RunReport& report = result_.report;
     if (report.fuzzy_cells > 0)
       made_.notes.push_back(fmt::format(

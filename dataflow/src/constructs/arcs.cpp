@@ -108,7 +108,7 @@ class ArcFitter {
     divide(path);
     if (const auto circle = whole_circle()) return *circle;
     join_alike();
-    while (!join_all()) unite_unsure();
+    while (pieces_.size() > 1 && !join_all()) unite_unsure();
     return assembled();
   }
   std::uint32_t arcs = 0, polygons = 0;  ///< of the last path
@@ -389,6 +389,51 @@ class ArcFitter {
   }
 };
 
+/// A path that is one circle, and whether it goes around it to the left.
+struct WholeCircle {
+  geometry::OutlineArc arc;
+  bool is_outer;
+
+  [[nodiscard]] bool is_on(const geometry::OutlineArc& other) const {
+    constexpr double rounding = 1e-9;
+    return std::hypot(arc.centre[0] - other.centre[0], arc.centre[1] - other.centre[1]) <=
+               rounding * arc.radius &&
+           std::fabs(arc.radius - other.radius) <= rounding * arc.radius;
+  }
+};
+
+std::optional<WholeCircle> whole_circle_of(const OutlinePath& path) {
+  const std::size_t n = path.corners.size();
+  if (n < 2 || path.bulges.size() != n || path.bulges[0] == 0) return std::nullopt;
+  const WholeCircle circle{{path.corners[0], path.corners[1], path.bulges[0]}, path.bulges[0] > 0};
+  for (std::size_t i = 1; i < n; ++i)
+    if (path.bulges[i] == 0 || (path.bulges[i] > 0) != circle.is_outer ||
+        !circle.is_on({path.corners[i], path.corners[(i + 1) % n], path.bulges[i]}))
+      return std::nullopt;
+  return circle;
+}
+
+/// A disk in a hole of its own size: there is nothing between.
+void drop_circles_between_solids(geometry::PartOutline& outline) {
+  std::vector<std::pair<std::size_t, WholeCircle>> circles;
+  std::vector<char> goes(outline.paths.size());
+  for (std::size_t i = 0; i < outline.paths.size(); ++i) {
+    const auto circle = whole_circle_of(outline.paths[i]);
+    if (!circle) continue;
+    const auto other = std::ranges::find_if(circles, [&](const auto& before) {
+      return goes[before.first] == 0 && before.second.is_outer != circle->is_outer &&
+             before.second.is_on(circle->arc);
+    });
+    if (other != circles.end()) {
+      goes[i] = goes[other->first] = 1;
+      outline.arcs -= 2;
+    }
+    circles.emplace_back(i, *circle);
+  }
+  std::size_t at = 0;
+  std::erase_if(outline.paths, [&](const OutlinePath&) { return goes[at++] != 0; });
+}
+
 }  // namespace
 
 void add_arcs(const Network<2>& network, const CircleSkins& skins, OutlineTracer& tracer,
@@ -419,6 +464,7 @@ void add_arcs(const Network<2>& network, const CircleSkins& skins, OutlineTracer
   });
   outline.polygons += static_cast<std::uint32_t>(unsure.size());
   std::move(unsure.begin(), unsure.end(), std::back_inserter(outline.paths));
+  drop_circles_between_solids(outline);
 }
 
 }  // namespace bsp2::dataflow

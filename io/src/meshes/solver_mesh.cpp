@@ -43,13 +43,14 @@ void add_middles(SolverMesh& mesh) {
 std::optional<SolverFormat> solver_format(const fs::path& path) {
   const std::string ending = path.extension().string();
   std::error_code ignored;
-  if (ending == ".foam" || ending.empty() || fs::is_directory(path, ignored)) return SolverFormat::openfoam;
+  if (ending == ".foam" || ending.empty()) return SolverFormat::openfoam;
   static const std::map<std::string, SolverFormat> formats{{".vtu", SolverFormat::vtu},
                                                            {".msh", SolverFormat::gmsh},
                                                            {".inp", SolverFormat::abaqus},
                                                            {".xdmf", SolverFormat::xdmf}};
   const auto found = formats.find(ending);
-  return found == formats.end() ? std::nullopt : std::optional(found->second);
+  if (found != formats.end()) return found->second;
+  return fs::is_directory(path, ignored) ? std::optional(SolverFormat::openfoam) : std::nullopt;
 }
 
 std::string solver_endings() {

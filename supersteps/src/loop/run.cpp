@@ -526,6 +526,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   std::optional<FailedOutput> frame_failure;     // of the first one
   bool saves_late = false;                       // when it is sure that nothing is refused
   StepEnd end{.stopped = true, .last = options.steps == 0U};
+  if (end.last) end.stopped = !is_nothing_left(ranks, progress);
   if (options.cells)
     for (const std::uint64_t cells : all_gather(ranks, cells_now(progress, options.keep_out)))
       end.cells += cells;

@@ -13,9 +13,6 @@ namespace bsp2 {
 /// @throws Error unless it is finite and above 0, if it is there.
 void check_positive(const char* name, const std::optional<double>& number);
 
-/// @throws Error unless places are finite and sizes finite and above 0.
-void check_size_field(const std::vector<std::array<double, 4>>& rows);
-
 /// What the rooms are asked for. @throws Error for options that make no sense.
 supersteps::RunOptions run_options(const Options& options);
 

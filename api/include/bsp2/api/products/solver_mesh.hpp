@@ -29,6 +29,9 @@ struct MadeSolverMesh {
 MadeSolverMesh make_solver_mesh(const SolverMeshOptions& options, const supersteps::RunResult& result,
                                 std::string_view dashes = "");
 
+/// @throws bsp2::Error unless places are finite, and sizes are and above 0.
+void check_size_field(const std::vector<std::array<double, 4>>& rows);
+
 /// @throws bsp2::Error for what makes no sense.
 void check_mesh_options(const SolverMeshOptions& options);
 /// @throws bsp2::Error if the file's format cannot hold such a mesh.
