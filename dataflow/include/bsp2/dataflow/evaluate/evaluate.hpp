@@ -32,7 +32,7 @@ struct EvaluateOptions {
                             ///< first (none: what is largest); and see `angle`
   std::optional<unsigned> level;  ///< what is undecided so deep in the BSP tree is left
   std::optional<double>
-      tolerance;                ///< what is undecided about round solids in cells thinner than this is left
+      tolerance;  ///< what is undecided about round solids in cells thinner than this is left
   /// Shares of the tolerance by place, which the middle of a cell looks up: of D = 3, and not with `angle`.
   std::shared_ptr<const meshing::SizeField> tolerance_shares;
   std::optional<double> angle;  ///< likewise in cells that are seen thinner than this from `eye`, in radians
