@@ -284,9 +284,11 @@ TEST(ApiResult, EndsWhenAsked) {
 TEST(ApiResult, KeepsCellsWhoseSurfaceIsNotWaitedFor) {
   std::vector<Expression>
       balls;  // whose surface takes some tenths of a second: who ends it is asked now and then
-  for (int i = 0; i < 80; ++i)
+  for (int i = 0; i < 80; ++i) {
+    const int layer = i / 20;
     balls.push_back(
-        sphere(1, {.fn = 24}).translate({1.3 * (i % 5) + 0.01 * i, 1.3 * (i / 5 % 4), 1.3 * (i / 20)}));
+        sphere(1, {.fn = 24}).translate({1.3 * (i % 5) + 0.01 * i, 1.3 * (i / 5 % 4), 1.3 * layer}));
+  }
   const Expression model = unite(balls);
   std::atomic<bool> is_looked_for = false;
   const Result result = evaluate(model, {.surface = true,

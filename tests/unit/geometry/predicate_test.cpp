@@ -43,6 +43,7 @@ void check_together(const Model<D>& model, const Vertex<D>& vertex, std::vector<
   std::vector<Vertex<D>> found(crossing.size());
   make_vertices<D>(model.table, crossing, id, found.data(), exact_together);
   for (std::size_t i = 0; i < found.size(); ++i) {
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): to the last bit, of -0 too
     ASSERT_EQ(std::memcmp(&found[i].x, &expected[i].x, sizeof found[i].x), 0);
     ASSERT_EQ(found[i].error, expected[i].error);
     ASSERT_EQ(found[i].hyperplanes, expected[i].hyperplanes);
