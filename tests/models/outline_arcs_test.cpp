@@ -349,7 +349,8 @@ TEST_F(OutlineArcs, OfAPlateWithManyHolesAreItsCircles) {
   double area = 6600;
   for (int i = 0; i < 50; ++i) {
     const double radius = 2 + 0.05 * ((7 * i) % 31);
-    operands.push_back(disk(10 + 10.123 * (i % 10), 10 + 10.321 * (i / 10), radius));
+    const int x = i % 10, y = i / 10;
+    operands.push_back(disk(10 + 10.123 * x, 10 + 10.321 * y, radius));
     area -= pi * radius * radius;
   }
   for (const double tolerance : {0.5, 0.25, 0.125})

@@ -113,8 +113,8 @@ TEST(Ranks, RecordsHaveOneValueARank) {
     EXPECT_EQ(record.seconds.size(), count);
     EXPECT_EQ(record.work_seconds.size(), count);
     EXPECT_EQ(record.bytes_sent.size(), count);
-    EXPECT_EQ(std::accumulate(record.bytes_sent.begin(), record.bytes_sent.end(), 0U),
-              std::accumulate(record.bytes_received.begin(), record.bytes_received.end(), 0U));
+    EXPECT_EQ(std::accumulate(record.bytes_sent.begin(), record.bytes_sent.end(), std::uint64_t{0}),
+              std::accumulate(record.bytes_received.begin(), record.bytes_received.end(), std::uint64_t{0}));
     for (std::size_t i = 0; i < count; ++i) EXPECT_LE(record.work_seconds[i], record.predicted_seconds);
   }
   for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(records[0].cells[i], i + 8);

@@ -196,24 +196,24 @@ TEST(Figures, AreThoseOfReportAndSnapshot) {
   const Result result = evaluate(random_solid(random).measure("all"), options);
   const Figures figures = result.figures();
   const auto report = nlohmann::json::parse(result.report());
-  EXPECT_EQ(figures.model, report["model"]);
+  EXPECT_EQ(figures.model, report["model"].get<std::string>());
   EXPECT_EQ(figures.primitives, report["primitives"]);
   EXPECT_EQ(figures.in_cells, report["cells"]["in"]);
   EXPECT_EQ(figures.in_volume, report["volume"]["in"].get<double>());
   EXPECT_EQ(figures.measures.centroid, report["centroid"].get<Vector>());
   EXPECT_EQ(figures.lower, report["bounds"][0].get<Vector>());
   EXPECT_EQ(figures.upper, report["bounds"][1].get<Vector>());
-  EXPECT_EQ(figures.digest, report["digest"]);
+  EXPECT_EQ(figures.digest, report["digest"].get<std::string>());
   ASSERT_TRUE(figures.boundary);
   EXPECT_EQ(figures.boundary->triangles, report["boundary"]["triangles"]);
-  EXPECT_EQ(figures.boundary->digest, report["surface_digest"]);
+  EXPECT_EQ(figures.boundary->digest, report["surface_digest"].get<std::string>());
   ASSERT_EQ(figures.parts.size(), report["parts"].size());
   EXPECT_EQ(figures.parts.at(1).name, "two");
   ASSERT_EQ(figures.named_measures.size(), 1U);
   EXPECT_EQ(figures.named_measures[0].first, "all");
   ASSERT_EQ(figures.supersteps.size(), report["supersteps"].size());
   for (std::size_t i = 0; i < figures.supersteps.size(); ++i) {
-    EXPECT_EQ(figures.supersteps[i].name, report["supersteps"][i]["name"]);
+    EXPECT_EQ(figures.supersteps[i].name, report["supersteps"][i]["name"].get<std::string>());
     EXPECT_EQ(figures.supersteps[i].cells,
               report["supersteps"][i]["cells"].get<std::vector<std::uint64_t>>());
   }

@@ -343,7 +343,7 @@ inline model::Expression prism(const std::vector<std::array<double, 2>>& outline
     faces[1].push_back(2 * n - 1 - i);  // the top
     faces.push_back({i, n + i, n + (i + 1) % n, (i + 1) % n});
   }
-  return model::polyhedron(std::move(points), faces);
+  return model::polyhedron(points, faces);
 }
 
 inline model::Expression l_shape(double a, double b, double h) {

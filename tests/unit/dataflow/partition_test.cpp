@@ -154,7 +154,7 @@ TEST(Partition, CellsToWhichNoWayLeadsAreRefused) {
              y = Table::axis_hyperplane(1, Table::axis_steps / 2),
              further = Table::axis_hyperplane(0, Table::axis_steps / 4 * 3);
   const auto made = [&](std::int32_t root, std::vector<Partition<3>::Node> nodes,
-                        std::vector<std::uint32_t> numbers) {
+                        const std::vector<std::uint32_t>& numbers) {
     Partition<3> partition;
     partition.root = root;
     partition.nodes = std::move(nodes);

@@ -75,7 +75,7 @@ TEST(Hatching, LiesInTheAreaAndFillsIt) {
 
 std::vector<Point3> box(double x, double y, double z) {
   std::vector<Point3> points;
-  for (int i = 0; i < 8; ++i) points.push_back({i % 2 * x, i / 2 % 2 * y, i / 4 * z});
+  for (int i = 0; i < 8; ++i) points.push_back({(i & 1) * x, (i >> 1 & 1) * y, (i >> 2) * z});
   return points;
 }
 

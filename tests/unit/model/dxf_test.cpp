@@ -814,7 +814,7 @@ TEST_F(DxfDrawing, DamagedDrawingsAreErrorsOrDrawings) {
 }
 
 TEST_F(DxfDrawing, BinaryFilesAreToldOf) {
-  EXPECT_EQ(fault(std::string("AutoCAD Binary DXF\r\n\x1a\0xyz", 26)),
+  EXPECT_EQ(fault(std::string("AutoCAD Binary DXF\r\n\x1a\0xyz", 25)),
             "import: FILE is a binary DXF file; save it as a text (ASCII) DXF file");
   EXPECT_EQ(fault("\xEF\xBB\xBF" + file_of("")), "") << "a byte order mark";
 }

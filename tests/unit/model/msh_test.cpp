@@ -140,8 +140,8 @@ class RandomSolid {
   explicit RandomSolid(Random& random) {
     std::uniform_real_distribution<double> bend(-0.15, 0.15);
     for (std::size_t i = 0; i < 4 * 4 * 4; ++i) {
-      points_.push_back(
-          {static_cast<double>(i % 4), static_cast<double>(i / 4 % 4), static_cast<double>(i / 16)});
+      const std::size_t x = i % 4, y = i / 4 % 4, z = i / 16;
+      points_.push_back({static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)});
       for (double& x : points_.back()) x += bend(random);
     }
     const std::size_t wanted = 1 + below(random, 24);

@@ -322,10 +322,12 @@ TEST(Tracing, MomentsOfABox) {
 /// Asked again and again while it works; with so many facets, it is asked before it has ended.
 TEST(Tracing, IsInterrupted) {
   std::vector<model::Expression> spheres;
-  for (int i = 0; i < 400; ++i)
+  for (int i = 0; i < 400; ++i) {
+    const int x = i % 20, y = i / 20;
     spheres.push_back(model::transform(
-        std::vector<double>{1, 0, 0, 0.1 * (i % 20), 0, 1, 0, 0.1 * (i / 20), 0, 0, 1, 0.01 * i, 0, 0, 0, 1},
+        std::vector<double>{1, 0, 0, 0.1 * x, 0, 1, 0, 0.1 * y, 0, 0, 1, 0.01 * i, 0, 0, 0, 1},
         model::sphere(1, 24)));
+  }
   auto network = compile<3>(model::unite(spheres), {});
   ASSERT_TRUE(has_plain_facets(network));
   SurfaceOptions options;

@@ -263,7 +263,7 @@ double solid_volume_of(const Sample& sample) {
       faces.push_back(std::move(bottom));
       faces.push_back(std::move(top));
     }
-    slices.push_back(model::polyhedron(std::move(points), faces));
+    slices.push_back(model::polyhedron(points, faces));
   }
   const auto network = compile<3>(model::unite(std::move(slices)), {});
   return evaluate_all(network, 0, {}).evaluation.totals.in.value().volume();

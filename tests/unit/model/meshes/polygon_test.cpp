@@ -67,7 +67,8 @@ TEST(Polygon, PiecesAreDisjointIfItsEdgesOnlyMeetAtCorners) {
     SCOPED_TRACE("seed 20, round " + std::to_string(round));
     const std::size_t n = 4 + random() % 6;
     std::vector<PlanePoint> grid, cycle;
-    for (int i = 0; i < 36; ++i) grid.push_back({static_cast<double>(i % 6), static_cast<double>(i / 6)});
+    for (int x = 0; x < 6; ++x)
+      for (int y = 0; y < 6; ++y) grid.push_back({static_cast<double>(x), static_cast<double>(y)});
     std::shuffle(grid.begin(), grid.end(), random);
     cycle.assign(grid.begin(), grid.begin() + static_cast<std::ptrdiff_t>(n));
     bool is_straight = false;

@@ -497,20 +497,14 @@ TEST(Repair, MakesAPrismAgain) {
     Faces faces = prism(random_star(random, 4 + static_cast<int>(random() % 20)), 2);
     const double expected = volume(*repaired(faces).mesh);
     const auto which = faces.faces.begin() + static_cast<long>(random() % faces.faces.size());
-    const char* repair = "";
-    switch (round % 3) {
-      case 0:
-        repair = "Repaired: 1 face that was there already is left out";
-        faces.faces.push_back(*which);
-        break;
-      case 1:
-        repair = "Repaired: 1 face wound unlike its neighbours is turned";
-        std::reverse(which->begin(), which->end());
-        break;
-      default:
-        repair = "open edges are closed by caps";
-        faces.faces.erase(which);
-    }
+    constexpr std::array<const char*, 3> repairs{"Repaired: 1 face that was there already is left out",
+                                                 "Repaired: 1 face wound unlike its neighbours is turned",
+                                                 "open edges are closed by caps"};
+    const int fault = round % 3;
+    const char* const repair = repairs[static_cast<std::size_t>(fault)];
+    if (fault == 0) faces.faces.push_back(std::vector(*which));
+    if (fault == 1) std::reverse(which->begin(), which->end());
+    if (fault == 2) faces.faces.erase(which);
     const Repaired result = repaired(faces);
     ASSERT_EQ(result.warnings.size(), 1U) << repair;
     EXPECT_NE(result.warnings[0].find("not closed: the edge from point"), std::string::npos)
