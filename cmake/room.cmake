@@ -4,7 +4,7 @@
 #
 #   bsp2_room(<name> [PRECOMPILED] SOURCES ... [COLD folders...] [HEADERS ...] [PUBLIC targets...] [PRIVATE targets...])
 #
-# COLD folders of src/ do nothing that takes time: a release build optimizes them less, and is done sooner.
+# COLD folders of src/ do nothing that takes time: they are optimized less, and a build is done sooner.
 include_guard()
 
 add_library(bsp2_options INTERFACE)
@@ -112,12 +112,19 @@ function(bsp2_room name)
   bsp2_compile_for_room(bsp2_${name} ${name} ${precompiled} SOURCES ${ROOM_SOURCES} LINK ${ROOM_PRIVATE})
   if(cold)
     set(target bsp2_${name}_cold)
+    if(BSP2_SANITIZE)
+      set(precompiled)  # with optimization
+    endif()
     add_library(${target} OBJECT ${cold})
     bsp2_compile_for_room(${target} ${name} ${precompiled} SOURCES ${cold} LINK ${ROOM_PUBLIC} ${ROOM_PRIVATE})
     # What the room is given later on as well.
     target_include_directories(${target} PRIVATE $<TARGET_PROPERTY:bsp2_${name},INCLUDE_DIRECTORIES>)
     target_compile_definitions(${target} PRIVATE $<TARGET_PROPERTY:bsp2_${name},COMPILE_DEFINITIONS>)
-    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Og>)
+    if(BSP2_SANITIZE)
+      target_compile_options(${target} PRIVATE -O0)
+    else()
+      target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Og>)
+    endif()
     target_sources(bsp2_${name} PRIVATE $<TARGET_OBJECTS:${target}>)
   endif()
 endfunction()
