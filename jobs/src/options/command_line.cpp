@@ -497,13 +497,15 @@ std::string spoken(const std::vector<std::string>& names) {
 }
 
 /// What an option that is not there was meant to be.
-std::string suggested_option(const CLI::App& app, const std::string& word) {
+std::string suggested_option(const CLI::App& app, const std::string& command, const std::string& word) {
   if (!word.starts_with("--")) return {};
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options())
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  return suggestion(word.substr(0, word.find('=')),
-                    std::vector<std::string_view>(names.begin(), names.end()));
+  const std::string given = word.substr(0, word.find('='));
+  if (std::find(names.begin(), names.end(), given) != names.end())
+    return "; it belongs after the command: '" + command + " " + given + "'";
+  return suggestion(given, std::vector<std::string_view>(names.begin(), names.end()));
 }
 
 std::string suggested_command(const CLI::App& app, const std::string& word) {
@@ -528,7 +530,8 @@ std::string suggested_command(const CLI::App& app, const std::string& word) {
       if (lacks_command && !word.starts_with('-'))
         throw Error("unknown command '" + name + " " + word + "'" + suggested_command(*innermost, word) +
                     hint);
-      throw Error("unknown option or argument '" + word + "'" + suggested_option(*innermost, word) + hint);
+      throw Error("unknown option or argument '" + word + "'" + suggested_option(*innermost, name, word) +
+                  hint);
     }
   if (innermost == &app) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
   if (lacks_command)

@@ -378,6 +378,10 @@ TEST(CommandLine, WhatIsMistypedIsSuggested) {
   EXPECT_EQ(
       message_for({"run", "a.csg", "--tolerence=0.1"}),
       "unknown option or argument '--tolerence=0.1'; did you mean '--tolerance'? (see 'bsp2 run --help')");
+  EXPECT_EQ(
+      message_for({"--quiet", "run", "a.csg"}),
+      "unknown option or argument '--quiet'; it belongs after the command: 'bsp2 run --quiet' (see 'bsp2 "
+      "run --help')");
   EXPECT_EQ(message_for({"rnu", "a.csg"}), "unknown command 'rnu'; did you mean 'run'? (see 'bsp2 --help')");
   EXPECT_EQ(message_for({"jobs", "mege", "q"}),
             "unknown command 'bsp2 jobs mege'; did you mean 'merge'? (see 'bsp2 jobs --help')");
