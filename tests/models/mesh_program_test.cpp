@@ -171,6 +171,35 @@ TEST_F(MeshProgram, OpenFoamCasesHavePatchesAndZones) {
   EXPECT_NEAR(report().at("volume").get<double>(), 5, 1e-9);
 }
 
+/// ParaView opens the empty file, which is in the case's folder whichever of the two is named.
+TEST_F(MeshProgram, OpenFoamCasesAreOpenedByOneFile) {
+  for (const char* name : {"case", "case.foam", "case/case.foam"}) {
+    const MeshEnded ended = run(name, "--size 2");
+    ASSERT_EQ(ended.code, 0) << ended.text;
+    const fs::path marker = folder_.path() / "case" / "case.foam";
+    EXPECT_TRUE(fs::is_regular_file(marker) && fs::is_empty(marker)) << name;
+    EXPECT_NE(ended.text.find("   " + marker.string() + "\n"), std::string::npos) << ended.text;
+    EXPECT_TRUE(fs::exists(folder_.path() / "case" / "constant" / "polyMesh" / "points")) << name;
+    fs::remove_all(folder_.path() / "case");
+  }
+  std::ofstream(folder_.path() / "case") << "a file";
+  const MeshEnded ended = run("case");
+  EXPECT_EQ(ended.code, 2) << ended.text;
+  EXPECT_NE(ended.text.find("is a file"), std::string::npos) << ended.text;
+}
+
+/// A model none of which is known to be solid is not called empty.
+TEST_F(MeshProgram, WhatIsAllFuzzyIsToldApartFromWhatIsEmpty) {
+  std::ofstream(model_) << "sphere(r = 5, $fn = 0);\n";
+  const MeshEnded fuzzy = run("a.msh", "--curved --tolerance 100");
+  EXPECT_EQ(fuzzy.code, 2) << fuzzy.text;
+  EXPECT_NE(fuzzy.text.find("nothing to mesh: no cell is IN"), std::string::npos) << fuzzy.text;
+  std::ofstream(model_) << "difference() { cube(1); cube(2); }\n";
+  const MeshEnded empty = run("a.msh");
+  EXPECT_EQ(empty.code, 2) << empty.text;
+  EXPECT_NE(empty.text.find("nothing to mesh: the solid is empty"), std::string::npos) << empty.text;
+}
+
 /// What is absorbed is small against a piece of the solid, not against the way from one to another.
 TEST_F(MeshProgram, PiecesThatAreFarApartAreKept) {
   std::ofstream(model_) << "cube([1, 1, 1]);\n"

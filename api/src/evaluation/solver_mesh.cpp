@@ -53,13 +53,11 @@ void SolverMesh::write(const std::filesystem::path& path, bool second_order, int
   guarded([&] {
     const io::SolverMesh& mesh = implementation_->made.mesh;
     api::check_mesh_file(path, mesh.polyhedra.has_value(), second_order, gmsh_version);
-    std::filesystem::path target = path;
-    if (target.extension() == ".foam") target.replace_extension();
-    io::make_folder(io::folder_of(target));
-    if (!second_order) return io::write_solver_mesh(target, mesh, gmsh_version);
+    io::make_folder(io::folder_of(io::solver_file(path)));
+    if (!second_order) return io::write_solver_mesh(path, mesh, gmsh_version);
     io::SolverMesh with_middles = mesh;
     io::add_middles(with_middles);
-    io::write_solver_mesh(target, with_middles, gmsh_version);
+    io::write_solver_mesh(path, with_middles, gmsh_version);
   });
 }
 

@@ -94,9 +94,7 @@ std::vector<fs::path> files_of(const Writing& writing) {
     if (file) files.push_back(*file);
   if (writing.files.drawing)
     files.insert(files.end(), writing.files.drawing->files.begin(), writing.files.drawing->files.end());
-  if (writing.files.solver_mesh &&
-      io::solver_format(writing.files.solver_mesh->file) != io::SolverFormat::openfoam)
-    files.push_back(writing.files.solver_mesh->file);
+  if (writing.files.solver_mesh) files.push_back(io::solver_file(writing.files.solver_mesh->file));
   return files;
 }
 

@@ -286,9 +286,7 @@ void write_results(const Writing& writing, supersteps::RunResult& result, supers
 /// The mesh of a finished run, and its file; what there is to tell goes into the report. Of the master.
 MeshFigures write_solver_mesh(const Writing& writing, supersteps::RunResult& result) {
   const SolverMeshOutput& output = *writing.files.solver_mesh;
-  fs::path file = output.file;
-  if (file.extension() == ".foam") file.replace_extension();
-  if (writing.on_writing) writing.on_writing(file);
+  if (writing.on_writing) writing.on_writing(io::solver_file(output.file));
   MadeSolverMesh made = make_solver_mesh(output.mesh, result, writing.dashes);
   if (writing.run.strict && !made.warnings.empty())
     throw Error(made.warnings.front() + "; " + writing.dashes + "strict turns warnings into errors");
@@ -297,7 +295,7 @@ MeshFigures write_solver_mesh(const Writing& writing, supersteps::RunResult& res
   report.notes.insert(report.notes.end(), made.notes.begin(), made.notes.end());
   if (output.second_order) io::add_middles(made.mesh);
   made.summary.points = made.mesh.points().size();
-  io::write_solver_mesh(file, made.mesh, output.gmsh_version);
+  io::write_solver_mesh(output.file, made.mesh, output.gmsh_version);
   return made.summary;
 }
 

@@ -17,9 +17,9 @@ using meshing::Complex;
 
 class FoamWriter {
  public:
-  FoamWriter(const fs::path& folder, const SolverMesh& mesh, const Complex& complex,
+  FoamWriter(const fs::path& marker, const SolverMesh& mesh, const Complex& complex,
              const std::vector<std::int32_t>& group)
-      : folder_(folder), mesh_(mesh), complex_(complex), group_(group) {
+      : marker_(marker), folder_(folder_of(marker)), mesh_(mesh), complex_(complex), group_(group) {
     for (std::uint32_t face = 0; face < complex.faces(); ++face)
       if (complex.neighbour[face] != Complex::outside) order_.push_back(face);
     inner_ = order_.size();
@@ -48,10 +48,11 @@ class FoamWriter {
                      "divSchemes { default none; }\nlaplacianSchemes { default Gauss linear corrected; }\n"
                      "interpolationSchemes { default linear; }\nsnGradSchemes { default corrected; }\n");
     write_dictionary("fvSolution", "solvers { }\n");
+    write_file(marker_, "");
   }
 
  private:
-  const fs::path& folder_;
+  const fs::path marker_, folder_;
   const SolverMesh& mesh_;
   const Complex& complex_;
   const std::vector<std::int32_t>& group_;
@@ -189,13 +190,13 @@ class FoamWriter {
 
 }  // namespace
 
-void write_openfoam(const fs::path& folder, const SolverMesh& mesh) {
-  if (mesh.polyhedra) return FoamWriter(folder, mesh, *mesh.polyhedra, mesh.group_of_face).run();
+void write_openfoam(const fs::path& marker, const SolverMesh& mesh) {
+  if (mesh.polyhedra) return FoamWriter(marker, mesh, *mesh.polyhedra, mesh.group_of_face).run();
   std::vector<std::uint32_t> triangle;
   const Complex complex = complex_of(mesh.tetrahedra, triangle);
   std::vector<std::int32_t> group;
   for (const std::uint32_t t : triangle) group.push_back(t == ~0U ? -1 : mesh.group_of_triangle[t]);
-  FoamWriter(folder, mesh, complex, group).run();
+  FoamWriter(marker, mesh, complex, group).run();
 }
 
 }  // namespace bsp2::io

@@ -53,6 +53,18 @@ std::optional<SolverFormat> solver_format(const fs::path& path) {
   return fs::is_directory(path, ignored) ? std::optional(SolverFormat::openfoam) : std::nullopt;
 }
 
+fs::path solver_file(const fs::path& path) {
+  if (solver_format(path) != SolverFormat::openfoam) return path;
+  fs::path folder = path;
+  if (path.extension() == ".foam") {
+    if (path.parent_path().filename() == path.stem()) return path;
+    folder.replace_extension();
+  }
+  fs::path named = fs::absolute(folder).lexically_normal();
+  if (!named.has_filename()) named = named.parent_path();
+  return folder / (named.filename().string() + ".foam");
+}
+
 std::string solver_endings() {
   return ".msh (gmsh), .inp (CalculiX, Abaqus), .xdmf (dolfinx), .vtu (ParaView), or in none or .foam (a "
          "folder: an OpenFOAM case)";
@@ -74,7 +86,7 @@ std::string plain_name(const std::string& name) {
 void write_solver_mesh(const fs::path& path, const SolverMesh& mesh, int gmsh_version) {
   switch (solver_format(path).value()) {
     case SolverFormat::openfoam:
-      return write_openfoam(path, mesh);
+      return write_openfoam(solver_file(path), mesh);
     case SolverFormat::vtu:
       return write_solver_vtu(path, mesh);
     case SolverFormat::gmsh:

@@ -102,7 +102,6 @@ SolverMeshOutput mesh_output_of(const MeshText& text) {
   output.file = text.output;
   const FileFormat format = file_format(output.file);
   if (!format.solver_mesh) throw Error("-o: '" + text.output + "' must end in " + endings().solver_meshes);
-  if (output.file.extension() == ".foam") output.file.replace_extension();
   SolverMeshOptions& options = output.mesh;
   options.polyhedra = text.type == "polyhedra";
   options.dual = text.type.empty() ? format.openfoam : text.type == "dual";
