@@ -502,6 +502,15 @@ TEST_F(Scad, IsAnErrorIfOpenscadFails) {
   EXPECT_NE(missing.text.find("not installed"), std::string::npos) << missing.text;
 }
 
+/// What may be solid and is FUZZY has no surface: a file without triangles is told of.
+TEST_F(Program, TellsOfASurfaceThatIsNotThereYet) {
+  const Ended ended = start("run --curved --tolerance 100 --boundary " + (folder_.path() / "a.stl").string() +
+                            " " + model("sphere(r = 5, $fn = 0);"));
+  EXPECT_EQ(ended.code, 0) << ended.text;
+  EXPECT_NE(ended.text.find("no cell is IN: what may be solid is in 1 FUZZY cell"), std::string::npos)
+      << ended.text;
+}
+
 /// Where planes that are one leave nothing, it is said that they are.
 TEST_F(Program, TellsThatMergingLeavesNothing) {
   const std::string thin =

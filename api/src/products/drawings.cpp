@@ -275,7 +275,7 @@ drawing::Drawing draw(const supersteps::RunOptions& run_options, drawing::Drawin
     if (!options.sections.empty()) again = options_of_model(run_options, ranks.is_master());
     if (!ranks.is_master()) return;
     if (!result.faces || result.faces->points.empty())
-      throw Error("the solid is empty: there is nothing to draw");
+      throw Error("there is nothing to draw: " + supersteps::why_nothing_is_in(result.report));
     solid = box_of(*result.faces);
     for (const auto& section : options.sections) check_place(section, solid, option(section));
   });

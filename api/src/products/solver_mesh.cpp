@@ -123,7 +123,8 @@ class SolverMeshMaker {
     const auto start = Clock::now();
     tell_what_is_left_out();
     Complex complex = result_.asked->complex(result_);
-    if (complex.cells() == 0) throw Error("there is nothing to mesh: the solid is empty");
+    if (complex.cells() == 0)
+      throw Error("there is nothing to mesh: " + supersteps::why_nothing_is_in(result_.report));
     summary_.seconds_of_cells = seconds_since(start);
     summary_.polyhedra = options_.polyhedra || options_.dual;
     const Extents extents(complex);

@@ -63,7 +63,7 @@ ViewLines lines_of_view(const Brep& brep, const GridPoints& grid, const PlacedVi
 
 /// @throws bsp2::Error if the solid is empty, or does not fit.
 Layout checked_layout(const Brep& brep, const DrawingOptions& options) {
-  if (brep.points.empty()) throw Error("the solid is empty: there is nothing to draw");
+  if (brep.points.empty()) throw Error("there is nothing to draw: the solid is empty");
   return layout_of(brep.points, options);
 }
 

@@ -14,6 +14,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/interruption.hpp"
 #include "loop/asking.hpp"
+#include "loop/late_warnings.hpp"
 #include "loop/measuring.hpp"
 #include "loop/progress.hpp"
 #include "loop/querying.hpp"
@@ -45,26 +46,6 @@ Usage usage_of_this_process() {
   };
   return {seconds(usage.ru_utime) + seconds(usage.ru_stime),
           static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
-}
-
-bool is_empty(const RunReport& report) {
-  if (!report.has_cells) return report.complete && report.lower.empty();
-  return report.complete && report.in_cells + report.fuzzy_cells == 0;
-}
-
-/// What only the cells and the boundary can tell; on the master. @param why_empty is added where the solid is
-/// empty.
-std::vector<std::string> late_warnings(const RunReport& report, const std::string& why_empty = {}) {
-  std::vector<std::string> warnings;
-  if (is_empty(report)) warnings.emplace_back("the solid is empty" + why_empty);
-  if (report.boundary && !report.boundary->closed)
-    warnings.emplace_back(
-        "the boundary is not closed: some of its edges are used more often in one direction than in the "
-        "other, so its file has gaps, and programs "
-        "that print it may fill it wrongly; cells, volume and pictures are not concerned. This is a mistake "
-        "of bsp2: please report the model; another "
-        "--coincidence, or --tolerance of a round one, may get around it");
-  return warnings;
 }
 
 std::optional<Rgba> rounded(const std::optional<model::Colour>& colour) {
@@ -336,21 +317,6 @@ std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>
   });
   if (failed) failed->file = *options.snapshot;
   return failed;
-}
-
-/// What there is to say where merging may have emptied the solid.
-std::string why_empty(const Source& source, const RunOptions& options, const RunReport& report) {
-  return is_empty(report) ? lost_by_merging(source, options, report.hyperplanes, report.threads) : "";
-}
-
-/// With --strict, before anything is written: what only the cells and the boundary can tell. Collective.
-/// @throws bsp2::Error on all ranks if there is something.
-void refuse_late_warnings(Ranks& ranks, const RunReport& report, const Source& source,
-                          const RunOptions& options) {
-  std::vector<std::string> warnings;
-  if (ranks.is_master()) warnings = late_warnings(report, why_empty(source, options, report));
-  broadcast(ranks, warnings);
-  refuse_warnings(warnings);
 }
 
 /// What the pictures need to know of the model.
@@ -664,7 +630,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   result.keeps_fuzzy = options.keep_fuzzy;
   result.keeps_out = options.keep_out;
   if (ranks.is_master() && !result.report.interrupted) {
-    for (std::string& warning : late_warnings(result.report, why_empty(source, options, result.report)))
+    for (std::string& warning : late_warnings(result.report, source, options))
       result.report.warnings.push_back(std::move(warning));
   }
   try {

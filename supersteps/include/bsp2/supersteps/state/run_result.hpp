@@ -140,6 +140,9 @@ struct RunReport : Measures {
   std::vector<OverlappingMesh> overlapping_meshes;  ///< on the master, in the order of the model
 };
 
+/// What to tell where a finished run has no IN cell: the solid is empty, or all that may be solid is FUZZY.
+[[nodiscard]] std::string why_nothing_is_in(const RunReport& report);
+
 /// The cells of a finished run.
 struct SolidMesh {
   int dimension = 3;
