@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <numeric>
 #include <stdexcept>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
+
+#include "tetrahedra/face_checks.hpp"
 
 namespace bsp2::meshing {
 namespace {
@@ -40,11 +44,15 @@ std::uint64_t key_of(std::uint32_t a, std::uint32_t b) {
 constexpr std::array<std::array<std::size_t, 4>, 6> edges{
     {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 2, 0, 3}, {1, 3, 2, 0}, {2, 3, 0, 1}}};
 
+/// Points whose corners of tetrahedra are each a cell of its own, which is convex.
+using Divided = std::vector<bool>;
+
 class DualMaker {
  public:
-  DualMaker(const Tetrahedra& mesh, std::span<const std::int32_t> group)
+  DualMaker(const Tetrahedra& mesh, std::span<const std::int32_t> group, const Divided& divided)
       : mesh_(mesh),
         group_(group),
+        divided_(divided),
         seen_(mesh.tetrahedra.size()),
         fanned_(mesh.triangles.size()),
         middle_of_tetrahedron_(mesh.tetrahedra.size(), none),
@@ -54,29 +62,36 @@ class DualMaker {
   Dual run() {
     find_neighbours();
     number_cells();
+    add_faces_within();
     find_smooth_edges();
     for (std::uint32_t t = 0; t < mesh_.tetrahedra.size(); ++t)
       for (std::size_t edge = 0; edge < 6; ++edge)
-        if ((seen_[t] >> edge & 1U) == 0) add_face_across(t, edge);
+        if ((seen_[t] >> edge & 1U) == 0) add_faces_across(t, edge);
     for (std::uint32_t triangle = 0; triangle < mesh_.triangles.size(); ++triangle)
       for (std::size_t k = 0; k < 3; ++k)
         if ((fanned_[triangle] >> k & 1U) == 0) add_face_of_fan(triangle, k);
     return ordered();
   }
+  /// Of each cell. @pre it has been run
+  [[nodiscard]] const std::vector<std::uint32_t>& points_of_cells() const { return point_of_cell_; }
 
  private:
   const Tetrahedra& mesh_;
   std::span<const std::int32_t> group_;
+  const Divided& divided_;
   std::vector<std::array<Beyond, 4>> beyond_;  // of each tetrahedron, opposite to each corner
   std::vector<std::array<std::uint32_t, 2>>
       behind_;                       // of each triangle: its tetrahedra, that of `part` first
   std::vector<std::uint32_t> cell_;  // of each corner of each tetrahedron
+  std::vector<std::uint32_t> point_of_cell_;
+  std::unordered_set<std::uint64_t> parted_;  // edges around which there are several cells at an end
   std::unordered_map<std::uint64_t, std::array<std::uint32_t, 2>>
       smooth_;                               // triangles at edges within one face
   std::vector<std::uint8_t> seen_, fanned_;  // edges of tetrahedra; corners of triangles
   static constexpr std::uint32_t none = ~0U;
   std::vector<std::uint32_t> middle_of_tetrahedron_, middle_of_triangle_, at_point_;  // points of the dual
   std::unordered_map<std::uint64_t, std::uint32_t> middle_of_edge_;
+  std::map<Triangle, std::uint32_t> middle_of_face_;  // of those between cells at one of their corners
   Dual dual_;
 
   /// A face before its place in the order is known.
@@ -128,7 +143,7 @@ class DualMaker {
     return mesh_.sides[mesh_.side[triangle]];
   }
 
-  /// Corners at one point that come together in faces within a part are of one cell.
+  /// Corners at one point that come together in faces within a part are of one cell, unless it is divided.
   void number_cells() {
     cell_.resize(4 * mesh_.tetrahedra.size());
     std::iota(cell_.begin(), cell_.end(), 0U);
@@ -141,6 +156,7 @@ class DualMaker {
         const std::uint32_t other = beyond_[t][k].tetrahedron;
         if (other == Dual::no_triangle || other < t) continue;
         for (const std::uint32_t point : face_opposite(mesh_.tetrahedra[t], k)) {
+          if (divided_[point]) continue;
           const auto a = root(static_cast<std::uint32_t>(4 * t + place_of(mesh_.tetrahedra[t], point)));
           const auto b =
               root(static_cast<std::uint32_t>(4 * other + place_of(mesh_.tetrahedra[other], point)));
@@ -151,14 +167,16 @@ class DualMaker {
     for (std::uint32_t corner = 0; corner < cell_.size(); ++corner) {
       const bool is_root = cell_[corner] == corner;
       cell_[corner] = is_root ? cells++ : cell_[cell_[corner]];
-      if (is_root) dual_.complex.part.push_back(mesh_.part[corner / 4]);
+      if (!is_root) continue;
+      dual_.complex.part.push_back(mesh_.part[corner / 4]);
+      point_of_cell_.push_back(mesh_.tetrahedra[corner / 4][corner % 4]);
     }
   }
   [[nodiscard]] std::uint32_t cell_at(std::uint32_t tetrahedron, std::uint32_t point) const {
     return cell_[4 * std::size_t{tetrahedron} + place_of(mesh_.tetrahedra[tetrahedron], point)];
   }
 
-  /// Edges with two triangles, of one side and one group: faces go on across them.
+  /// Edges with two triangles, of one side and one group, and one cell at each end: faces go on across them.
   void find_smooth_edges() {
     std::vector<std::pair<std::uint64_t, std::uint32_t>> uses;
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i)
@@ -169,7 +187,8 @@ class DualMaker {
       std::size_t end = i + 1;
       while (end < uses.size() && uses[end].first == uses[i].first) ++end;
       const std::uint32_t a = uses[i].second, b = uses[end - 1].second;
-      if (end - i == 2 && mesh_.side[a] == mesh_.side[b] && group_[a] == group_[b])
+      if (end - i == 2 && mesh_.side[a] == mesh_.side[b] && group_[a] == group_[b] &&
+          !parted_.contains(uses[i].first))
         smooth_[uses[i].first] = {a, b};
       i = end;
     }
@@ -212,27 +231,105 @@ class DualMaker {
                       static_cast<std::uint32_t>(corners_.size() - first)});
   }
 
-  /// The face between the cells about both ends of an edge: through the middles of the tetrahedra around it.
-  void add_face_across(std::uint32_t first, std::size_t edge) {
+  /// The faces of tetrahedra between cells at one of their corners: a third of each belongs to a corner.
+  void add_faces_within() {
+    if (std::ranges::find(divided_, true) == divided_.end()) return;
+    for (std::uint32_t t = 0; t < mesh_.tetrahedra.size(); ++t)
+      for (std::size_t k = 0; k < 4; ++k) {
+        const std::uint32_t other = beyond_[t][k].tetrahedron;
+        if (other == Dual::no_triangle || other < t) continue;
+        Triangle face = face_opposite(mesh_.tetrahedra[t], k);
+        if (k % 2 == 1) std::swap(face[1], face[2]);  // counter-clockwise from outside of t
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+          const std::uint32_t p = face[corner], q = face[(corner + 1) % 3], r = face[(corner + 2) % 3];
+          const std::uint32_t from = cell_at(t, p), to = cell_at(other, p);
+          if (from == to) continue;
+          parted_.insert({key_of(p, q), key_of(p, r)});
+          const std::size_t begin = corners_.size();
+          corners_.insert(corners_.end(),
+                          {at_point(p), middle_of_edge(p, q), middle_of_face(face), middle_of_edge(p, r)});
+          add_face(begin, from, to, Dual::no_triangle);
+        }
+      }
+  }
+  std::uint32_t middle_of_face(const Triangle& corners) {
+    return once(middle_of_face_.try_emplace(in_order(corners), none).first->second, corners);
+  }
+
+  /// The faces between the cells about both ends of an edge: one through the middles of the tetrahedra around
+  /// it, which is divided where other cells begin at one of the ends.
+  void add_faces_across(std::uint32_t first, std::size_t edge) {
     const auto& corners = mesh_.tetrahedra[first];
     const auto& [i, j, k, l] = edges[edge];
     const std::uint32_t a = corners[i], b = corners[j];
     std::vector<std::uint32_t> around{first};
     // Forwards out of the face with the fourth corner, which is opposite to the third; then backwards.
     const std::uint32_t last_triangle = walk(first, a, b, corners[k], corners[l], around);
-    const std::size_t begin = corners_.size();
-    if (last_triangle == Dual::no_triangle) {
-      for (const std::uint32_t t : around) corners_.push_back(middle_of_tetrahedron(t));
-      return add_face(begin, cell_at(first, a), cell_at(first, b), Dual::no_triangle);
-    }
+    if (last_triangle == Dual::no_triangle) return add_faces_of_ring(around, a, b);
     std::vector<std::uint32_t> before{first};
     const std::uint32_t first_triangle = walk(first, a, b, corners[l], corners[k], before);
+    std::reverse(before.begin(), before.end());
+    before.insert(before.end(), around.begin() + 1, around.end());
+    std::size_t begin = corners_.size();
     corners_.push_back(middle_of_triangle(first_triangle));
-    for (std::size_t n = before.size(); n > 1; --n) corners_.push_back(middle_of_tetrahedron(before[n - 1]));
-    for (const std::uint32_t t : around) corners_.push_back(middle_of_tetrahedron(t));
+    bool is_whole = true;
+    for (std::size_t n = 0; n < before.size(); ++n) {
+      corners_.push_back(middle_of_tetrahedron(before[n]));
+      if (n + 1 == before.size() || !add_middle_between(before[n], before[n + 1])) continue;
+      if (!is_parted(before[n], before[n + 1], a, b)) continue;
+      if (is_whole) corners_.push_back(middle_of_edge(a, b));
+      is_whole = false;
+      begin = part_face(begin, before[n], before[n + 1], a, b);
+    }
     corners_.push_back(middle_of_triangle(last_triangle));
-    if (!smooth_.contains(key_of(a, b))) corners_.push_back(middle_of_edge(a, b));
-    add_face(begin, cell_at(first, a), cell_at(first, b), Dual::no_triangle);
+    if (is_whole && !smooth_.contains(key_of(a, b))) corners_.push_back(middle_of_edge(a, b));
+    add_face(begin, cell_at(before.back(), a), cell_at(before.back(), b), Dual::no_triangle);
+  }
+  /// Of tetrahedra all around an edge.
+  void add_faces_of_ring(std::vector<std::uint32_t>& ring, std::uint32_t a, std::uint32_t b) {
+    const auto begins_anew = [&, last = ring.back()](std::uint32_t t) mutable {
+      return is_parted(std::exchange(last, t), t, a, b);
+    };
+    const auto anew = std::ranges::find_if(ring, begins_anew);
+    const bool is_whole = anew == ring.end();
+    if (!is_whole) std::rotate(ring.begin(), anew, ring.end());
+    std::size_t begin = corners_.size();
+    if (!is_whole) {
+      corners_.push_back(middle_of_edge(a, b));
+      add_middle_between(ring.back(), ring.front());
+    }
+    for (std::size_t n = 0; n < ring.size(); ++n) {
+      const std::uint32_t next = ring[(n + 1) % ring.size()];
+      corners_.push_back(middle_of_tetrahedron(ring[n]));
+      if (!add_middle_between(ring[n], next) || n + 1 == ring.size()) continue;
+      if (is_parted(ring[n], next, a, b)) begin = part_face(begin, ring[n], next, a, b);
+    }
+    add_face(begin, cell_at(ring.back(), a), cell_at(ring.back(), b), Dual::no_triangle);
+  }
+  /// Ends a face whose last corner is in the middle of the face between two tetrahedra, and begins the next
+  /// one. @return where that begins.
+  std::size_t part_face(std::size_t begin, std::uint32_t t, std::uint32_t next, std::uint32_t a,
+                        std::uint32_t b) {
+    add_face(begin, cell_at(t, a), cell_at(t, b), Dual::no_triangle);
+    begin = corners_.size();
+    corners_.push_back(middle_of_edge(a, b));
+    add_middle_between(t, next);
+    return begin;
+  }
+  /// Whether other cells begin at one end of an edge, between two tetrahedra around it.
+  [[nodiscard]] bool is_parted(std::uint32_t t, std::uint32_t next, std::uint32_t a, std::uint32_t b) const {
+    return cell_at(t, a) != cell_at(next, a) || cell_at(t, b) != cell_at(next, b);
+  }
+  /// The middle of the face between two tetrahedra, if other cells begin there at one of its corners.
+  bool add_middle_between(std::uint32_t t, std::uint32_t next) {
+    if (middle_of_face_.empty()) return false;
+    const auto& corners = mesh_.tetrahedra[t];
+    std::size_t k = 0;
+    while (beyond_[t][k].tetrahedron != next) ++k;
+    const auto found = middle_of_face_.find(in_order(face_opposite(corners, k)));
+    if (found == middle_of_face_.end()) return false;
+    corners_.push_back(found->second);
+    return true;
   }
 
   /// Goes around the edge a b, out of the face that is opposite to `from`, and marks the edge.
@@ -270,11 +367,13 @@ class DualMaker {
       std::vector<std::uint32_t> before{triangle};
       std::uint32_t first = mesh_.triangles[triangle][(k + 1) % 3];
       fan_out(centre, 1, before, first);
-      corners_.push_back(at_point(centre));
+      const bool is_all_around =
+          first == last;  // but for one edge, around which the cells beyond are several
+      if (!is_all_around) corners_.push_back(at_point(centre));
       corners_.push_back(middle_of_edge(centre, first));
       for (std::size_t n = before.size(); n > 1; --n) corners_.push_back(middle_of_triangle(before[n - 1]));
       for (const std::uint32_t t : fan) corners_.push_back(middle_of_triangle(t));
-      corners_.push_back(middle_of_edge(centre, last));
+      if (!is_all_around) corners_.push_back(middle_of_edge(centre, last));
     } else {
       for (const std::uint32_t t : fan) corners_.push_back(middle_of_triangle(t));
     }
@@ -323,10 +422,31 @@ class DualMaker {
   }
 };
 
+/// Of dividing: what is divided may leave its neighbours wrong.
+constexpr int most_rounds = 8;
+
+/// Where a cell has a wrong face its point is divided. @return whether any is that was not.
+bool divide(Divided& divided, const Complex& complex, const std::vector<std::uint32_t>& point_of_cell) {
+  bool is_new = false;
+  for (const std::uint32_t face : wrong_faces(complex))
+    for (const std::int32_t cell : {complex.owner[face], complex.neighbour[face]}) {
+      if (cell == Complex::outside) continue;
+      const std::uint32_t point = point_of_cell[static_cast<std::size_t>(cell)];
+      is_new = is_new || !divided[point];
+      divided[point] = true;
+    }
+  return is_new;
+}
+
 }  // namespace
 
 Dual dual_of(const Tetrahedra& mesh, std::span<const std::int32_t> group) {
-  return DualMaker(mesh, group).run();
+  Divided divided(mesh.points.size());
+  for (int round = 0;; ++round) {
+    DualMaker maker(mesh, group, divided);
+    Dual dual = maker.run();
+    if (round == most_rounds || !divide(divided, dual.complex, maker.points_of_cells())) return dual;
+  }
 }
 
 }  // namespace bsp2::meshing

@@ -22,6 +22,7 @@
 #include "dataflow/oracle.hpp"
 #include "resolution/resolved.hpp"
 #include "support/rounds.hpp"
+#include "tetrahedra/face_checks.hpp"
 
 namespace bsp2::meshing {
 namespace {
@@ -95,6 +96,7 @@ void check_complex(const Complex& complex, const dataflow::Resolved& solid) {
   for (std::size_t face = 0; face < complex.faces(); ++face) {
     const auto cycle = complex.points_of(face);
     ASSERT_GE(cycle.size(), 3U);
+    ASSERT_EQ(std::set(cycle.begin(), cycle.end()).size(), cycle.size());
     const std::int32_t owner = complex.owner[face], neighbour = complex.neighbour[face];
     ASSERT_TRUE(neighbour == Complex::outside || neighbour > owner);
     if (neighbour != Complex::outside) {
@@ -184,6 +186,7 @@ void check_dual(const Tetrahedra& mesh) {
   for (std::size_t face = 0; face < complex.faces(); ++face) {
     const auto cycle = complex.points_of(face);
     ASSERT_GE(cycle.size(), 3U);
+    ASSERT_EQ(std::set(cycle.begin(), cycle.end()).size(), cycle.size());
     const std::int32_t owner = complex.owner[face], neighbour = complex.neighbour[face];
     ASSERT_TRUE(neighbour == Complex::outside || neighbour > owner);
     ASSERT_LE(last.first, owner) << "in the order of owners";
@@ -300,6 +303,28 @@ TEST_P(RandomMeshes, TetrahedraAreValid) {
     check_dual(mesh);
     if (testing::Test::HasFailure()) return;
   }
+}
+
+/// A cell about a point of an edge that leads inwards would have faces that are turned: it is divided.
+TEST(Dual, HasNoFacesThatSolversRefuseWhereEdgesLeadInwards) {
+  int divided = 0;
+  for (int round = 0; round < samples::rounds(12); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto length = [&] { return dataflow::uniform(random, 0.5, 2); };
+    const auto solid = solid_of(dataflow::l_shape(length(), length(), length()));
+    Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+    ShapeOptions options;
+    options.size = dataflow::uniform(random, 0.3, 1.5);
+    shape(mesh, options);
+    check_dual(mesh);
+    const Dual dual = dual_of(mesh, std::vector<std::int32_t>(mesh.triangles.size()));
+    EXPECT_TRUE(wrong_faces(dual.complex).empty());
+    divided += dual.complex.cells() > mesh.points.size();
+    if (testing::Test::HasFailure()) return;
+  }
+  EXPECT_GT(divided, 0);
 }
 
 /// A thin box, many times turned by next to nothing: cells and gaps as thin as corners are rounded.

@@ -14,8 +14,10 @@ namespace bsp2::meshing {
 struct Dual {
   static constexpr std::uint32_t no_triangle = std::numeric_limits<std::uint32_t>::max();
   /// A cell for each point of the mesh and each part there; more, where the part comes to the point from
-  /// several sides. Faces are in the order of their owners, and then of their neighbours. Those between cells
-  /// of one part need not be plane; `plane` and `outward` tell of the others alone.
+  /// several sides, or where one cell would have a face that is turned or skew, as at edges that lead
+  /// inwards: there each tetrahedron's corner at the point is a cell. Faces are in the order of their owners,
+  /// and then of their neighbours. Those between cells of one part need not be plane; `plane` and `outward`
+  /// tell of the others alone.
   Complex complex;
   std::vector<std::uint32_t>
       triangle_of_face;  ///< one of those that it lies on; none between cells of a part
