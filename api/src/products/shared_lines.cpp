@@ -4,10 +4,12 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 namespace bsp2::api {
 namespace {
 
+using drawing::Piece;
 using drawing::ViewLines;
 using geometry::Brep;
 
@@ -102,37 +104,72 @@ ViewLines lines_in(Packed& packed) {
   return lines;
 }
 
-}  // namespace
-
-std::vector<ViewLines> shared_lines(const Brep* brep, std::span<const Brep> cuts,
-                                    const drawing::DrawingOptions& options, supersteps::Ranks& ranks) {
-  const auto count = static_cast<std::size_t>(ranks.count());
-  const auto number = static_cast<std::size_t>(ranks.rank());
-  if (count > 1 && ranks.is_master()) {
+/// The master's complexes, on all ranks. @param brep null where they are received. Collective.
+std::vector<Brep> shared(const Brep* brep, std::span<const Brep> cuts, supersteps::Ranks& ranks) {
+  if (ranks.count() > 1 && ranks.is_master()) {
     Packed packed;
     put(packed, *brep);
     for (const Brep& cut : cuts) put(packed, cut);
     for (int rank = 1; rank < ranks.count(); ++rank) ranks.send(rank, packed.bytes());
   }
   ranks.sync();
-  std::vector<ViewLines> lines;
+  return ranks.is_master() ? std::vector<Brep>{} : breps_in(Packed(ranks.received().front().bytes));
+}
+
+/// Pieces go to the rank that puts those of their view together.
+int joiner(std::size_t view, const supersteps::Ranks& ranks) {
+  return static_cast<int>(view % static_cast<std::size_t>(ranks.count()));
+}
+
+/// Pieces of all ranks, of the views that this one puts together. Collective.
+void exchange(std::vector<std::vector<Piece>>& pieces, supersteps::Ranks& ranks) {
+  std::vector<Packed> packed(static_cast<std::size_t>(ranks.count()));
+  for (std::size_t view = 0; view < pieces.size(); ++view)
+    if (const int rank = joiner(view, ranks); rank != ranks.rank())
+      packed[static_cast<std::size_t>(rank)].put(std::exchange(pieces[view], {}));
+  for (int rank = 0; rank < ranks.count(); ++rank)
+    if (rank != ranks.rank()) ranks.send(rank, packed[static_cast<std::size_t>(rank)].bytes());
+  ranks.sync();
+  std::vector<Piece> some;
+  for (const auto& message : ranks.received()) {
+    Packed bytes(message.bytes);
+    for (std::size_t view = 0; view < pieces.size(); ++view) {
+      if (joiner(view, ranks) != ranks.rank()) continue;
+      bytes.take(some);
+      pieces[view].insert(pieces[view].end(), some.begin(), some.end());
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<ViewLines> shared_lines(const Brep* brep, std::span<const Brep> cuts,
+                                    const drawing::DrawingOptions& options, supersteps::Ranks& ranks) {
+  std::vector<std::vector<Piece>> pieces;
+  const std::vector<Brep> received = shared(brep, cuts, ranks);
+  ranks.agree([&] {
+    const drawing::Share share{static_cast<std::size_t>(ranks.rank()),
+                               static_cast<std::size_t>(ranks.count())};
+    pieces = ranks.is_master()
+                 ? drawing::pieces_of_views(*brep, cuts, options, share)
+                 : drawing::pieces_of_views(received.front(), std::span(received).subspan(1), options, share);
+  });
+  exchange(pieces, ranks);
+  std::vector<ViewLines> lines(pieces.size());
   Packed found;
   ranks.agree([&] {
-    const drawing::Share share{number, count};
-    if (ranks.is_master()) {
-      lines = drawing::lines_of_views(*brep, cuts, options, share);
-      return;
+    for (std::size_t view = 0; view < lines.size(); ++view) {
+      if (joiner(view, ranks) != ranks.rank()) continue;
+      lines[view] = drawing::lines_from(std::move(pieces[view]));
+      if (!ranks.is_master()) put(found, lines[view]);
     }
-    const std::vector<Brep> received = breps_in(Packed(ranks.received().front().bytes));
-    lines = drawing::lines_of_views(received.front(), std::span(received).subspan(1), options, share);
-    for (std::size_t view = number; view < lines.size(); view += count) put(found, lines[view]);
   });
   if (!ranks.is_master()) ranks.send(0, found.bytes());
   ranks.sync();
   for (const auto& message : ranks.received()) {
     Packed packed(message.bytes);
-    for (auto view = static_cast<std::size_t>(message.source); view < lines.size(); view += count)
-      lines[view] = lines_in(packed);
+    for (std::size_t view = 0; view < lines.size(); ++view)
+      if (joiner(view, ranks) == message.source) lines[view] = lines_in(packed);
   }
   return lines;
 }

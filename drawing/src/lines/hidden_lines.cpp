@@ -387,6 +387,16 @@ std::vector<Drawn> drawn_edges(const Brep& brep, const Scene& scene, const LineO
   return drawn;
 }
 
+/// Leaves those of a part. Its blocks are short, since edges that are near each other take alike long.
+void keep(const EdgePart& part, std::vector<Drawn>& drawn) {
+  constexpr std::size_t block = 64;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < drawn.size(); ++i)
+    if (const std::size_t number = i / block % part.of; number >= part.first && number < part.end)
+      drawn[count++] = drawn[i];
+  drawn.resize(count);
+}
+
 /// Turns places on an edge into pieces.
 class Cutter {
  public:
@@ -426,7 +436,8 @@ class Cutter {
 std::vector<Piece> lines_of(const Brep& brep, const GridPoints& grid, const ViewAxes& axes,
                             const LineOptions& options) {
   const Scene scene(brep, grid, axes);
-  const std::vector<Drawn> drawn = drawn_edges(brep, scene, options);
+  std::vector<Drawn> drawn = drawn_edges(brep, scene, options);
+  keep(options.part, drawn);
   const Cutter cutter(brep, axes, options);
   constexpr std::size_t grain = 512;
   std::vector<std::vector<Piece>> pieces((drawn.size() + grain - 1) / grain);

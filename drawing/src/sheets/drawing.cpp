@@ -41,8 +41,8 @@ Point2 corner(const Layout& layout, const PlacedView& view, const Point2& at) {
           view.origin[1] + (at[1] - view.lower[1]) * layout.scale};
 }
 
-ViewLines lines_of_view(const Brep& brep, const GridPoints& grid, const PlacedView& view,
-                        const Layout& layout, const DrawingOptions& options) {
+std::vector<Piece> pieces_of_view(const Brep& brep, const PlacedView& view, const Layout& layout,
+                                  const DrawingOptions& options, const EdgePart& part) {
   LineOptions how;
   how.smooth_angle = options.smooth_angle;
   how.smooth_edges = options.smooth_edges;
@@ -50,15 +50,24 @@ ViewLines lines_of_view(const Brep& brep, const GridPoints& grid, const PlacedVi
       view.section == nullptr && (options.hidden == HiddenLines::everywhere ||
                                   (options.hidden == HiddenLines::flat_views && view.kind != ViewKind::iso));
   how.shortest = finest / layout.scale;
+  how.part = part;
   how.threads = options.threads;
-  std::vector<Piece> pieces = lines_of(brep, grid, axes_of(view.kind), how);
+  std::vector<Piece> pieces = lines_of(brep, GridPoints(brep.points), axes_of(view.kind), how);
   for (Piece& piece : pieces) {
     piece.from = corner(layout, view, piece.from);
     piece.to = corner(layout, view, piece.to);
   }
-  ViewLines lines;
-  lines.strokes = joined(std::move(pieces), lines.short_lines);
-  return lines;
+  return pieces;
+}
+
+/// Of a share in a view: all views have as many units as there are shares, and each share as many as there
+/// are views.
+EdgePart part_of(const Share& share, std::size_t view, std::size_t views) {
+  const std::size_t before = view * share.of;
+  const auto unit = [&](std::size_t number) {
+    return std::clamp(number * views, before, before + share.of) - before;
+  };
+  return {unit(share.number), unit(share.number + 1), share.of};
 }
 
 /// @throws bsp2::Error if the solid is empty, or does not fit.
@@ -310,17 +319,22 @@ ViewKind view_of(const Section& section) {
   return (section.from_behind ? behind : usual).at(section.axis);
 }
 
-std::vector<ViewLines> lines_of_views(const Brep& brep, std::span<const Brep> cuts,
-                                      const DrawingOptions& options, Share share) {
+std::vector<std::vector<Piece>> pieces_of_views(const Brep& brep, std::span<const Brep> cuts,
+                                                const DrawingOptions& options, Share share) {
   const Layout layout = checked_layout(brep, options);
-  const GridPoints grid(brep.points);
-  std::vector<ViewLines> lines(layout.views.size());
-  for (std::size_t i = share.number; i < lines.size(); i += share.of) {
+  std::vector<std::vector<Piece>> pieces(layout.views.size());
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
     const PlacedView& view = layout.views[i];
-    lines[i] = view.section == nullptr
-                   ? lines_of_view(brep, grid, view, layout, options)
-                   : lines_of_view(cuts[view.cut], GridPoints(cuts[view.cut].points), view, layout, options);
+    const EdgePart part = part_of(share, i, pieces.size());
+    if (part.first == part.end) continue;
+    pieces[i] = pieces_of_view(view.section == nullptr ? brep : cuts[view.cut], view, layout, options, part);
   }
+  return pieces;
+}
+
+ViewLines lines_from(std::vector<Piece> pieces) {
+  ViewLines lines;
+  lines.strokes = joined(std::move(pieces), lines.short_lines);
   return lines;
 }
 

@@ -281,6 +281,29 @@ TEST(HiddenLines, DoNotDependOnThreads) {
   }
 }
 
+/// Whatever parts of the edges are looked at, together they have what all have, each piece once.
+TEST(HiddenLines, OfPartsAreThoseOfAll) {
+  for (unsigned seed = 1; seed <= samples::rounds(10U); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    const Brep brep = brep_of(dataflow::random_expression(random, 3, Kind::solids, 3));
+    const auto sorted = [](std::vector<Piece> pieces) {
+      std::vector<std::tuple<Point2, Point2, LineKind>> all;
+      for (const Piece& piece : pieces) all.emplace_back(piece.from, piece.to, piece.kind);
+      std::sort(all.begin(), all.end());
+      return all;
+    };
+    const std::size_t of = 1 + random() % 5;
+    std::vector<Piece> together;
+    for (std::size_t first = 0, end = 0; first < of; first = end) {
+      end = std::min(of, first + random() % 3);  // may be none
+      const auto some = lines_of(brep, ViewKind::iso, {.part = {first, end, of}});
+      together.insert(together.end(), some.begin(), some.end());
+    }
+    EXPECT_EQ(sorted(together), sorted(lines_of(brep, ViewKind::iso)));
+  }
+}
+
 /// Lines on a few places, so that many are in line.
 std::vector<Piece> random_pieces(Random& random) {
   std::vector<Piece> pieces;

@@ -29,11 +29,18 @@ struct Stroke {
   std::vector<Point2> points;
 };
 
+/// Some of the edges of a view, where several share them: of each `of` blocks those from `first` to before
+/// `end`. What the parts find is, together, what the whole has.
+struct EdgePart {
+  std::size_t first = 0, end = 1, of = 1;
+};
+
 struct LineOptions {
   double smooth_angle = 30;  ///< degrees: facets that meet in less are of something round
   bool smooth_edges = false;
   bool hidden = true;
   double shortest = 0;  ///< gaps and pieces of an edge that are not longer are none; in the model's units
+  EdgePart part;
   unsigned threads = 1;
 };
 

@@ -68,18 +68,23 @@ struct ViewLines {
   std::uint64_t short_lines = 0;  ///< that were left out
 };
 
-/// Which views somebody finds the lines of, where several share them: each `of`-th one.
+/// What somebody finds of the lines of all views, where `of` share them: one view after the other, and of
+/// their edges as many each.
 struct Share {
   std::size_t number = 0, of = 1;
 };
 
-/// The lines of all views, those of sections after the others: what takes the time of a drawing. Those that
-/// are not in the share stay empty. Of the complexes it needs `points`, `edges`, `faces`, `uses`,
+/// The pieces of lines of each view, on the sheet: what takes most of the time of a drawing. Views that have
+/// no part in the share stay empty. Of the complexes it needs `points`, `edges`, `faces`, `uses`,
 /// `uses_of_edges`, `triangles` and `face_of_triangle`.
 /// @param cuts as for `draw`.
 /// @throws bsp2::Error if it does not fit on the sheet, and for an empty solid.
-std::vector<ViewLines> lines_of_views(const geometry::Brep& brep, std::span<const geometry::Brep> cuts,
-                                      const DrawingOptions& options, Share share = {});
+std::vector<std::vector<Piece>> pieces_of_views(const geometry::Brep& brep,
+                                                std::span<const geometry::Brep> cuts,
+                                                const DrawingOptions& options, Share share = {});
+
+/// The lines of a view from all its pieces, whose order does not matter.
+ViewLines lines_from(std::vector<Piece> pieces);
 
 /// An engineering drawing: views with hidden lines, sections, centre lines, dimensions, a frame and a title
 /// block.
