@@ -264,8 +264,8 @@ void Canvas::find_edges(const Lighting& lighting) {
     mark_edge(x, y);
     mark_edge(u, v);
   };
-  for (int y = 0; y + 1 < rows(); ++y)
-    for (int x = 0; x + 1 < columns(); ++x) {
+  for (int y = std::max(0, drawn_[2] - 1); y < std::min(drawn_[3], rows() - 1); ++y)
+    for (int x = std::max(0, drawn_[0] - 1); x < std::min(drawn_[1], columns() - 1); ++x) {
       compare(x, y, x + 1, y);
       compare(x, y, x, y + 1);
     }
@@ -349,9 +349,12 @@ void Canvas::end_strip(const Lighting& lighting) {
     occlusion_.emplace(lighting, width_, height_, memory_.seen,
                        [this](int y, std::span<const std::uint8_t> darkness) { finish_row(y, darkness); });
   const int first = strip_ * strip_height_;
+  // What has been drawn, and lines beside it; nothing is elsewhere.
+  const int left = std::max(0, drawn_[0] / samples - halo_),
+            right = std::min(width_, (drawn_[1] + samples - 1) / samples + halo_);
   for (int y = first; y < std::min(first + strip_height_, height_); ++y) {
     if (occlusion_) seen_row_ = occlusion_->begin_row();
-    for (int x = 0; x < width_; ++x) light_pixel(x, y, lighting);
+    for (int x = left; x < right; ++x) light_pixel(x, y, lighting);
     if (occlusion_)
       occlusion_->end_row();
     else

@@ -35,6 +35,7 @@ Vector Lighting::normal(const SeenFacet& facet, const Vector& point) const {
 bool Lighting::is_edge(const SeenFacet* a, const Point2& at_a, const SeenFacet* b, const Point2& at_b) const {
   if (a == nullptr || b == nullptr) return true;
   if (!a->is_lit() || !b->is_lit()) return false;
+  if (a->plane == b->plane && a->round.body < 0 && b->round.body < 0) return false;
   const Vector here = point(*a, at_a), there = point(*b, at_b);
   static const double least = std::cos(30 * std::numbers::pi / 180);
   if (dot(normal(*a, here), normal(*b, there)) < least) return true;
