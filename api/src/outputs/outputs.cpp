@@ -100,6 +100,11 @@ void write_boundary(const Writing& writing, const fs::path& path, supersteps::Ru
                 (d == 2 ? "; the outlines of plane models are written as " + io::plane_endings() : ""));
 }
 
+/// Who wants nothing but files gets none of what is ended.
+void end_if_over(const Writing& writing) {
+  if (writing.cells_go && geometry::Interruption::is_over()) throw geometry::Interrupted();
+}
+
 /// Makes one file; if that fails the others are made all the same, and the report tells. Collective; `work`
 /// is made of collective calls and Ranks::agree.
 void make(const Writing& writing, const fs::path& path, supersteps::RunReport& report,
@@ -107,6 +112,7 @@ void make(const Writing& writing, const fs::path& path, supersteps::RunReport& r
   if (writing.on_writing) writing.on_writing(path);
   auto failed = supersteps::attempt(ranks, work);
   if (!failed) return;
+  end_if_over(writing);
   if (failed->text.find(path.string()) == std::string::npos)
     failed->text = "cannot write '" + path.string() + "': " + failed->text;
   failed->file = path;
@@ -360,6 +366,7 @@ supersteps::RunResult write_run(const Writing& writing, supersteps::Ranks& ranks
       cells_are_written = true;
     };
   supersteps::RunResult result = evaluate(run, ranks);
+  end_if_over(writing);
   for (const auto& failed : {step_failures.frames, step_failures.series})
     if (failed) result.report.failed.push_back(*failed);
   if (result.report.interrupted) return result;

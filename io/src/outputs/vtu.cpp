@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "files/xml.hpp"
 #include "outputs/modules.hpp"
 #include "outputs/piece.hpp"
@@ -90,6 +91,7 @@ void VtuShare::write(std::uint64_t before, const Size& all) {
   all_pieces_ = all.pieces;
   for (std::size_t i = 0; i < content_->pieces.size();
        ++i) {  // one after the other: only one grid exists at a time
+    geometry::Interruption::check();
     const PieceFile file{scratch_->path() / piece_name(pvtu_, before + i), pvtu_};
     const SimplexCount count =
         vtk_module().write_piece(file, content_->pieces[i], all.has_polyhedra, options_);

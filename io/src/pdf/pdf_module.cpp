@@ -135,6 +135,8 @@ std::string to_pdf(const Sheet& sheet) {
       cairo_surface_destroy);
   check(cairo_surface_status(surface.get()));
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, sheet.title.c_str());
+  // That of the title block is enough, and the same sheet is the same file.
+  cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, nullptr);
   const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context(cairo_create(surface.get()),
                                                                    cairo_destroy);
   PdfWriter(context.get(), sheet).draw();

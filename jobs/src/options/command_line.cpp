@@ -691,7 +691,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   choose_queue_command(queue, command);
   choose_view_command(*view, command, raw.viewed);
   command.options.dashes = "--";
-  command.options.stop_gently = true;
+  command.options.stop_gently = !exported->parsed() && !rendered->parsed() && !draw->parsed();
   if (!draw->parsed()) {
     command.options.outputs.drawing.reset();
     return finished(std::move(command), raw);

@@ -10,6 +10,7 @@
 #include <functional>
 #include <limits>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include "answers/mesh_summary.hpp"
@@ -55,12 +56,21 @@ std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
   return lines;
 }
 
+/// What a command makes that ends without it when it is interrupted: a snapshot has all else.
+std::optional<std::filesystem::path> file_given_up(const RunCommand& command) {
+  const Outputs& outputs = command.options.outputs;
+  if (outputs.film) return outputs.picture;
+  if (outputs.solver_mesh) return outputs.solver_mesh->file;
+  if (command.options.stop_gently) return std::nullopt;
+  if (outputs.drawing) return outputs.drawing->files.front();
+  if (outputs.picture) return outputs.picture;
+  return outputs.surfaces.empty() ? outputs.cells : outputs.surfaces.front();
+}
+
 void tell_interruption(const RunCommand& command, spdlog::logger& log) {
   const Outputs& outputs = command.options.outputs;
-  if (outputs.film)
-    log.warn("interrupted; '{}' is not written", outputs.picture->string());
-  else if (outputs.solver_mesh)
-    log.warn("interrupted; '{}' is not written", outputs.solver_mesh->file.string());
+  if (const auto file = file_given_up(command))
+    log.warn("interrupted; '{}' is not written", file->string());
   else if (const auto& snapshot = command.options.snapshot)
     log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}{}'", snapshot->string(),
              snapshot->string(), outputs.folder ? " -o " + outputs.folder->string() : "");
@@ -147,14 +157,21 @@ void answer(const RunCommand& command, const Result& result, const std::vector<d
   print_answers(out, points, result.locate(points), result.dimension(), command.json, names);
 }
 
+bool is_preparation(std::string_view superstep) {
+  return superstep == "compilation" || superstep == "broadcast" || superstep == "distribution";
+}
+
 /// Evaluates as the command says, under a bar. Collective.
 Result evaluated(const RunCommand& command, const Ranks& ranks, ProgressBar& bar) {
   Options options = command.options;
   options.outputs_only = !command.points;
   if (options.budget && options.snapshot && !options.steps)
     options.steps = std::numeric_limits<unsigned>::max();  // until all is decided, with a snapshot each time
-  options.stop = SignalWatch::interrupted;
-  options.progress = [&bar, begun = 0U](const Progress& now) mutable {
+  // Before a snapshot has been read there is nothing to lose: nobody asks, and a signal ends all at once.
+  bool has_read = options.stop_gently || ranks.count() > 1;
+  options.stop = [&has_read] { return has_read && SignalWatch::interrupted(); };
+  options.progress = [&bar, &has_read, begun = 0U](const Progress& now) mutable {
+    has_read = has_read || !is_preparation(now.superstep);
     if (std::exchange(begun, now.begun) != now.begun)
       bar.begin(now.superstep);
     else
@@ -195,7 +212,8 @@ int run_command(RunCommand command, std::ostream& out, const Ranks& ranks, spdlo
   const std::vector<double> points = points_of(command, ranks);
   std::optional<JoinedSnapshot> joined;
   if (command.queue) command.resume = joined.emplace(command, ranks).path();
-  const SignalWatch watch(ranks.is_master() ? farewell_of(command) : "", ranks.count() == 1);
+  const SignalWatch watch(ranks.is_master() ? farewell_of(command) : "",
+                          ranks.count() == 1 && command.options.stop_gently);
   const bool speaks = ranks.is_master() && (!command.quiet || command.options.outputs.film);  // a while
   ProgressBar bar(speaks ? stderr : nullptr);
   const Result result = evaluated(command, ranks, bar);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/support/module.hpp"
 #include "paint/seen_edges.hpp"
 #include "pixels/png.hpp"
@@ -353,6 +354,7 @@ void Canvas::end_strip(const Lighting& lighting) {
   const int left = std::max(0, drawn_[0] / samples - halo_),
             right = std::min(width_, (drawn_[1] + samples - 1) / samples + halo_);
   for (int y = first; y < std::min(first + strip_height_, height_); ++y) {
+    geometry::Interruption::check();
     if (occlusion_) seen_row_ = occlusion_->begin_row();
     for (int x = left; x < right; ++x) light_pixel(x, y, lighting);
     if (occlusion_)

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "paint/painter.hpp"
 #include "ranks/exchange.hpp"
 
@@ -215,7 +216,7 @@ std::vector<std::string> draw_strips(const Ranks& ranks, const RunResult& result
                                      const PictureOptions& options, const Space& space,
                                      const CellStrips<Target>& strips, const Lighting& lighting,
                                      Painter<Target>& painter, Target& target) {
-  constexpr std::size_t seldom = 4096;
+  constexpr std::size_t seldom = 4096, often = 64;
   const Cells cells(result.mesh);
   const std::vector<Run> runs = runs_of(result, space, ranks.rank(), Target::is_front_first);
   std::vector<std::string> layers;
@@ -228,7 +229,8 @@ std::vector<std::string> draw_strips(const Ranks& ranks, const RunResult& result
         const auto [batch, cell] = cells.at(number);
         painter.paint(batch, cell, number,
                       space.shift(result.partition.nodes.empty() ? 0 : batch.region[cell]));
-        if (options.on_progress && ++painted % seldom == 0)
+        if (++painted % often == 0) geometry::Interruption::check();
+        if (options.on_progress && painted % seldom == 0)
           options.on_progress(static_cast<double>(strip) / target.strips());
       }
       if (ranks.count() > 1)

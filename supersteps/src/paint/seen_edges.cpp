@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "bsp2/geometry/support/interruption.hpp"
+
 namespace bsp2::supersteps {
 namespace {
 
@@ -89,6 +91,7 @@ class EdgeFinder {
       const std::span<const Point2> polygon = polygons_[i];
       const double area = area_of(polygon);
       if (!is_opaque(i) || area == 0) continue;
+      geometry::Interruption::check();
       for (std::size_t k = 0; k < polygon.size(); ++k)
         look_along(i, polygon[k], polygon[(k + 1) % polygon.size()], area > 0 ? 1 : -1);
     }

@@ -36,7 +36,10 @@ Surface vector_surface(PictureFormat format, std::string& bytes, int width, int 
                                                    : cairo_pdf_surface_create_for_stream;
   Surface surface(create(append, &bytes, width, height), cairo_surface_destroy);
   check(cairo_surface_status(surface.get()));
-  if (format == PictureFormat::svg) cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
+  if (format == PictureFormat::svg)
+    cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
+  else  // none, so that the same picture is the same file
+    cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, nullptr);
   return surface;
 }
 

@@ -2,6 +2,8 @@
 
 #include <bit>
 
+#include "bsp2/geometry/support/interruption.hpp"
+
 namespace bsp2::supersteps {
 namespace {
 
@@ -40,6 +42,7 @@ HiddenFacets::HiddenFacets(const SolidMesh& mesh, geometry::Label label) : label
   for (const auto& batch : mesh.batches)
     for (std::size_t cell = 0; cell < batch->size(); ++cell) {
       if (batch->label[cell] != label_) continue;
+      geometry::Interruption::check();
       for (std::size_t f = batch->facet_offset[cell]; f < batch->facet_offset[cell + 1]; ++f)
         sides_[name_of(*batch, cell, f)] |= side_of(*batch, f);
     }

@@ -169,6 +169,47 @@ TEST(Outputs, ThatCannotBeWrittenEndAllBeforeTheWork) {
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
+/// Who ends what only makes files gets none, and those that were there stay.
+TEST(Outputs, AreNotWrittenWhenTheyAreEnded) {
+  const samples::TemporaryFolder folder;
+  std::vector<Expression> balls;  // whose surface takes some tenths of a second
+  for (int i = 0; i < 80; ++i)
+    balls.push_back(
+        sphere(1, {.fn = 24}).translate({1.3 * (i % 5) + 0.01 * i, 1.3 * (i / 5 % 4), 1.3 * (i / 20)}));
+  Options whole{.threads = 1, .outputs_only = true};
+  whole.snapshot = folder.path() / "s.h5";
+  evaluate(unite(balls), whole);
+  const auto expect_none = [&](const std::string& superstep, const fs::path& file, Outputs outputs) {
+    std::ofstream(file) << "earlier";
+    bool is_at_it = false;
+    Options options{.threads = 1, .outputs = std::move(outputs), .outputs_only = true};
+    options.steps = 0;
+    options.progress = [&](const Progress& now) { is_at_it = is_at_it || now.superstep == superstep; };
+    options.stop = [&] { return is_at_it; };
+    const Result result = resume(*whole.snapshot, options);
+    EXPECT_TRUE(result.is_interrupted()) << file;
+    EXPECT_TRUE(result.figures().failed.empty()) << file;
+    EXPECT_EQ(text_in(file), "earlier");
+  };
+  const fs::path picture = folder.path() / "a.png", surface = folder.path() / "a.stl";
+  Outputs drawn, glued;
+  drawn.picture = picture;
+  drawn.view = {.width = 4000, .height = 4000};
+  expect_none("rendering", picture, drawn);
+  glued.surfaces = {surface};
+  expect_none("resolution", surface, glued);
+}
+
+TEST(Outputs, AsPdfHaveNoTimeInThem) {
+  const samples::TemporaryFolder folder;
+  Options options{.threads = 1};
+  options.outputs.drawing = {{folder.path() / "a.pdf"}, {.views = {"front"}, .date = "2000-01-01"}};
+  evaluate(cube(), options);
+  const std::string pdf = text_in(folder.path() / "a.pdf");
+  EXPECT_TRUE(pdf.starts_with("%PDF"));
+  EXPECT_EQ(pdf.find("/CreationDate"), std::string::npos);
+}
+
 TEST(Outputs, AnimationsAreThoseOfAResult) {
   const samples::TemporaryFolder folder;
   const fs::path of_result = folder.path() / "a.apng", of_run = folder.path() / "b.apng";
