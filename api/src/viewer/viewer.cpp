@@ -221,7 +221,7 @@ void Viewer::progress(double done, std::uint64_t cells) {
 }
 
 supersteps::Steering Viewer::steer() {
-  constexpr double first = 0.05, growth = 1.5, share = 4, coarse_seconds = 1.0;
+  constexpr double first = 0.02, growth = 1.5, share = 4, coarse_seconds = 1.0;
   supersteps::Steering steering;
   const bool is_shown = dimension_ == 2 || dimension_ == 3;
   const double since = steps_ == 0 ? 0 : seconds_since(steered_);

@@ -1,5 +1,6 @@
 #include "bsp2/viewing.hpp"
 
+#include <bit>
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -169,10 +170,13 @@ Options of_viewer(Options options) {
   return options;
 }
 
-/// What a run has to find to be shown.
-supersteps::RunOptions shown(supersteps::RunOptions run) {
+/// What a run has to find to be shown, and soon: there is nothing to be seen before all regions are cut, and
+/// a picture has them all.
+supersteps::RunOptions shown(supersteps::RunOptions run, int ranks) {
+  constexpr unsigned regions_of_a_rank = 128;
+  run.most_regions = regions_of_a_rank * std::bit_floor(static_cast<unsigned>(ranks));
   run.collect_cells = true;
-  run.can_be_asked = false;
+  run.can_be_asked = run.finds_rounds = false;
   run.boundary = run.faces = run.keep_in;
   return run;
 }
@@ -185,7 +189,8 @@ namespace bsp2 {
 void view(const std::filesystem::path& file, const ViewerOptions& viewer, const Options& options,
           const Ranks& ranks) {
   guarded([&] {
-    supersteps::RunOptions run = api::shown(run_options(api::of_viewer(options)));
+    supersteps::RunOptions run =
+        api::shown(run_options(api::of_viewer(options)), ranks.implementation()->ranks.count());
     if (api::is_readable_snapshot(file, ranks.implementation()->ranks)) {
       run.resume = file;
       run.steps = 0;  // nothing is computed, only shown as it is
@@ -200,7 +205,8 @@ void view(const Expression& expression, const ViewerOptions& viewer, const Optio
           const Ranks& ranks) {
   guarded([&] {
     std::vector<std::string> warnings;
-    supersteps::RunOptions run = api::shown(run_options(expression, api::of_viewer(options), warnings));
+    supersteps::RunOptions run = api::shown(run_options(expression, api::of_viewer(options), warnings),
+                                            ranks.implementation()->ranks.count());
     const std::string name = run.model.filename().string();
     api::serve(
         {std::move(run), name, std::nullopt, viewer, options, *ranks.implementation(), std::move(warnings)});

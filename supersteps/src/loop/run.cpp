@@ -8,19 +8,18 @@
 #include <cmath>
 
 #include "bsp2/dataflow/surface/surface.hpp"
-#include "bsp2/dataflow/surface/untouched.hpp"
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/interruption.hpp"
 #include "loop/asking.hpp"
 #include "loop/late_warnings.hpp"
+#include "loop/looks.hpp"
 #include "loop/measuring.hpp"
 #include "loop/progress.hpp"
 #include "loop/querying.hpp"
 #include "loop/tracing.hpp"
 #include "ranks/exchange.hpp"
-#include "render/round_faces.hpp"
 #include "stages/stages.hpp"
 
 namespace bsp2::supersteps {
@@ -46,13 +45,6 @@ Usage usage_of_this_process() {
   };
   return {seconds(usage.ru_utime) + seconds(usage.ru_stime),
           static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
-}
-
-std::optional<Rgba> rounded(const std::optional<model::Colour>& colour) {
-  if (!colour) return std::nullopt;
-  Rgba rgba;
-  for (int i = 0; i < 4; ++i) rgba[i] = static_cast<std::uint8_t>(std::lround(255 * (*colour)[i]));
-  return rgba;
 }
 
 template <int D>
@@ -319,23 +311,6 @@ std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>
   return failed;
 }
 
-/// What the pictures need to know of the model.
-template <int D>
-void add_looks(RunResult& result, const dataflow::Network<D>& network,
-               const std::vector<std::int32_t>& rank_of_region) {
-  result.rank_of_region = rank_of_region;
-  for (const auto& colour : network.colours) result.colour_of_primitive.push_back(rounded(colour));
-  for (const auto& part : network.parts) result.part_names.push_back(part.name);
-  if constexpr (D == 3) {
-    auto round = std::make_shared<const RoundFaces>(network);
-    if (!round->is_empty()) result.round_faces = std::move(round);
-    result.untouched_rounds = dataflow::untouched_rounds(network);
-  }
-  if (network.bounds.is_empty()) return;
-  result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());
-  result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
-}
-
 /// Glues the cells, if that is asked for and the boundary is not known already; what cannot be glued is told
 /// in the report. Collective.
 template <int D>
@@ -376,7 +351,7 @@ std::optional<RunResult> run_without_cells(Ranks& ranks, dataflow::Network<3>& n
     return std::nullopt;
   }
   if (!result || result->report.interrupted) return result;
-  add_looks(*result, network, {});
+  Looks<3>(network, options.finds_rounds).add_to(*result, {});
   describe_boundary(*result);
   if (options.strict) refuse_late_warnings(ranks, result->report, source, options);
   if (options.on_cells) options.on_cells(*result);
@@ -416,8 +391,9 @@ std::optional<TracedBoundary> boundary_before_cells(Ranks& ranks, dataflow::Netw
 /// how that failed, alike on all ranks. Collective.
 template <int D>
 std::optional<FailedOutput> show_frame(Ranks& ranks, const dataflow::Network<D>& network,
-                                       const Progress<D>& progress, const RunOptions& options,
-                                       unsigned threads, const std::vector<std::int32_t>& rank_of_region) {
+                                       const Progress<D>& progress, Looks<D>& looks,
+                                       const RunOptions& options, unsigned threads,
+                                       const std::vector<std::int32_t>& rank_of_region) {
   ranks.begin("rendering", progress.steps - 1);
   return attempt(ranks, [&] {
     RegionMeshes meshes;
@@ -433,7 +409,7 @@ std::optional<FailedOutput> show_frame(Ranks& ranks, const dataflow::Network<D>&
     RunResult now = collected(ranks, network, progress.partition, std::move(meshes), Collect::file,
                               rank_of_region.size());
     now.report.dimension = D;
-    add_looks(now, network, rank_of_region);
+    looks.add_to(now, rank_of_region);
     now.report.tolerance = options.tolerance;
     options.on_frame(now, progress.steps - 1);
   });
@@ -478,6 +454,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   std::optional<TracedBoundary> traced;
   if constexpr (D == 3) traced = boundary_before_cells(ranks, *own, options, report.threads);
 
+  Looks<D> looks(network, options.finds_rounds);
   ranks.begin("distribution");
   auto [progress, rank_of_region] =
       options.resume ? load_progress<D>(ranks, network, options)
@@ -513,7 +490,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
       snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
     }
     if (options.on_frame && !end.interrupted) {
-      auto failed = show_frame(ranks, network, progress, options, report.threads, rank_of_region);
+      auto failed = show_frame(ranks, network, progress, looks, options, report.threads, rank_of_region);
       if (failed && !frame_failure) frame_failure = std::move(failed);
     }
   }
@@ -540,7 +517,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     result = collected(ranks, network, progress.partition, std::move(meshes), options.collect,
                        rank_of_region.size(), stream);
   }
-  add_looks(result, network, rank_of_region);
+  looks.add_to(result, rank_of_region);
 
   if (!options.points.empty() && result.is_collected && ranks.is_master())
     result.answers = querying<D>(network.table, result, options.points, report.threads);

@@ -16,7 +16,9 @@ template <int D>
 unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options) {
   if (options.regions)
     return static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1U, *options.regions))) - 1);
-  return dataflow::suggested_depth(network);
+  const unsigned depth = dataflow::suggested_depth(network);
+  if (!options.most_regions) return depth;
+  return std::min(depth, static_cast<unsigned>(std::bit_width(std::max(1U, *options.most_regions)) - 1));
 }
 
 /// What the computation leaves undecided the partition does not cut either. To look below regions pays where

@@ -210,6 +210,8 @@ TEST(Steering, ARunThatIsWatchedFindsTheSameCells) {
     options.text = std::make_shared<const std::string>(text);
     options.threads = 2;
     options.boundary = options.faces = true;
+    options.most_regions = 4;
+    options.finds_rounds = false;
     unsigned steps = 0, frames = 0;
     std::uniform_real_distribution<double> place(-30, 30);
     options.steer = [&](unsigned step) {
@@ -221,9 +223,13 @@ TEST(Steering, ARunThatIsWatchedFindsTheSameCells) {
       if (step < 20) steering.budget_seconds = 1e-4 * static_cast<double>(1 + random() % 10);
       return steering;
     };
-    options.on_frame = [&](const supersteps::RunResult&, unsigned) { ++frames; };
+    options.on_frame = [&](const supersteps::RunResult& now, unsigned) {
+      ++frames;
+      EXPECT_EQ(now.round_faces, nullptr);
+    };
     const auto result = supersteps::run(options);
     EXPECT_EQ(steps, frames);
+    EXPECT_LE(result.report.regions, 4U);
     EXPECT_EQ(result.report.digest, expected.report.digest);
     EXPECT_EQ(result.report.boundary->digest, expected.report.boundary->digest);
     EXPECT_TRUE(result.report.complete);

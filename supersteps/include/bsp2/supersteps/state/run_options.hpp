@@ -50,11 +50,12 @@ struct RunOptions {
   std::shared_ptr<const std::string> text;
   /// What was read of that text already, without `curved`: it need not be read again. Of this rank.
   std::shared_ptr<const model::Model> read;
-  unsigned threads = 0;             ///< of each rank; 0: one a core
-  std::optional<unsigned> regions;  ///< rounded up to a power of two; none: by the model
-  double coincidence = 1e-9;        ///< hyperplanes closer than this share of the bounding box are one
-  bool curved = false;              ///< spheres, cylinders and circles of the text are truly round
-  bool parts_by_colour = false;     ///< each colour is a part, called like it; else each `part` node is one
+  unsigned threads = 0;                  ///< of each rank; 0: one a core
+  std::optional<unsigned> regions;       ///< rounded up to a power of two; none: by the model
+  std::optional<unsigned> most_regions;  ///< by the model, but no more than so many: a power of two
+  double coincidence = 1e-9;             ///< hyperplanes closer than this share of the bounding box are one
+  bool curved = false;                   ///< spheres, cylinders and circles of the text are truly round
+  bool parts_by_colour = false;  ///< each colour is a part, called like it; else each `part` node is one
   Order order = Order::depth;
   std::vector<double> eye;  ///< D numbers: with Order::priority, what looks largest from here is refined
                             ///< first; and see `angle`
@@ -89,10 +90,11 @@ struct RunOptions {
   std::vector<std::int32_t>
       first_rank_of_region;  ///< on the master: who begins with each region; empty: by estimated work
   Collect collect = Collect::automatic;
-  bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3)
-  bool faces = false;     ///< with `boundary`: its faces, and the interfaces between parts, too
-  bool outlines = false;  ///< with `boundary`: those of the IN cells' parts (D = 2)
-  bool contacts = false;  ///< and which of them touch, and where (likewise)
+  bool boundary = false;     ///< resolution computes the surface of the IN cells (D = 3)
+  bool faces = false;        ///< with `boundary`: its faces, and the interfaces between parts, too
+  bool outlines = false;     ///< with `boundary`: those of the IN cells' parts (D = 2)
+  bool contacts = false;     ///< and which of them touch, and where (likewise)
+  bool finds_rounds = true;  ///< the result tells pictures and CAD files what is round
   /// Told the share of the superstep at hand that is done, in [0, 1], and the cells of all ranks so far, 0
   /// where none are made; called on the master, from its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
