@@ -32,7 +32,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   try {
-    bsp2::io::read_snapshot(bsp2::fuzzing::file_of(data, size, ".h5"));
+    const auto file = bsp2::fuzzing::file_of(data, size, ".h5");
+    bsp2::io::read_surface(file, true);
+    bsp2::io::read_snapshot(file);
   } catch (const bsp2::Error&) {
   }
   return 0;

@@ -140,7 +140,8 @@ struct SnapshotInfo {
   double in_volume = 0;                       ///< likewise
   std::string digest;                         ///< likewise
   std::uint64_t undecided = 0;
-  bool is_complete = false;  ///< nothing is left but what a level leaves
+  bool is_complete = false;                     ///< nothing is left but what a level leaves
+  bool has_surface = false, has_faces = false;  ///< which need not be found again
 };
 
 /// @throws Error if it cannot be read.

@@ -32,7 +32,9 @@ SnapshotInfo snapshot_info(const std::filesystem::path& path) {
                       .digest = head.digest,
                       .undecided = std::accumulate(snapshot.frontier_tokens.begin(),
                                                    snapshot.frontier_tokens.end(), std::uint64_t{0}),
-                      .is_complete = head.complete};
+                      .is_complete = head.complete,
+                      .has_surface = head.has_surface,
+                      .has_faces = head.has_faces};
     if (head.tolerance > 0) info.tolerance = head.tolerance;
     if (head.angle > 0) info.angle = head.angle;
     return info;

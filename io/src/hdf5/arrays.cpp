@@ -18,8 +18,7 @@ void write_or_throw(int descriptor, std::uint64_t at, const void* from, std::siz
 
 }  // namespace
 
-void ArrayMaker::make(const char* name, hid_t type, std::size_t element_bytes, std::uint64_t rows,
-                      std::size_t columns) {
+Handle make_array(hid_t file, const char* name, hid_t type, std::uint64_t rows, std::size_t columns) {
   const std::array<hsize_t, 2> size{rows, columns}, chunk{chunk_rows(rows), columns};
   const int rank = columns == 1 ? 1 : 2;
   const Handle space(H5Screate_simple(rank, size.data(), nullptr), H5Sclose);
@@ -32,13 +31,19 @@ void ArrayMaker::make(const char* name, hid_t type, std::size_t element_bytes, s
   }
   const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   check(H5Pset_create_intermediate_group(links, 1));
-  const Handle dataset(H5Dcreate2(file_, name, type, space, links, creation, H5P_DEFAULT), H5Dclose);
-  const std::size_t bytes = chunk[0] * columns * element_bytes + sum_bytes;
+  return {H5Dcreate2(file, name, type, space, links, creation, H5P_DEFAULT), H5Dclose};
+}
+
+void ArrayMaker::make(const char* name, hid_t type, std::size_t element_bytes, std::uint64_t rows,
+                      std::size_t columns) {
+  const Handle dataset = make_array(file_, name, type, rows, columns);
+  const std::uint64_t chunk = chunk_rows(rows);
+  const std::size_t bytes = chunk * columns * element_bytes + sum_bytes;
   if (nothing_bytes_ < bytes) {
     nothing_.reset(new char[bytes]);
     nothing_bytes_ = bytes;
   }
-  for (hsize_t row = 0; row < rows; row += chunk[0]) {
+  for (hsize_t row = 0; row < rows; row += chunk) {
     const std::array<hsize_t, 2> at{row, 0};
     check(H5Dwrite_chunk(dataset, H5P_DEFAULT, 0, at.data(), bytes, nothing_.get()));
   }

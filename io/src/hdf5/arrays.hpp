@@ -30,6 +30,9 @@ inline std::uint64_t chunk_rows(std::uint64_t rows) {
   return std::clamp<std::uint64_t>(rows, 1, most_chunk_rows);
 }
 
+/// An array of a snapshot, in the groups that its name tells: in chunks with checksums. The caller fills it.
+Handle make_array(hid_t file, const char* name, hid_t type, std::uint64_t rows, std::size_t columns);
+
 /// Makes arrays without their contents, in a file that the SkeletonDriver writes.
 class ArrayMaker {
  public:

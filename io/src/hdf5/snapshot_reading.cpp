@@ -13,9 +13,7 @@ namespace {
 
 using geometry::CellBatch;
 using hdf5::Failure;
-using hdf5::Handle;
 using snapshot::eye_attribute;
-using snapshot::file_access;
 using snapshot::format_name;
 using snapshot::format_version;
 
@@ -49,6 +47,8 @@ SnapshotHead read_head(hid_t file) {
   head.digest = hdf5::read_text_attribute(file, "digest");
   head.partition_root = hdf5::read_attribute<std::int32_t>(file, "partition_root");
   head.is_portion = H5Aexists(file, "portion") > 0;
+  head.has_surface = H5Lexists(file, snapshot::surface_group, H5P_DEFAULT) > 0;
+  head.has_faces = H5Lexists(file, snapshot::faces_group, H5P_DEFAULT) > 0;
   head.model = hdf5::read_text(file, "source/path");
   head.source = hdf5::read_text(file, "source/text");
   head.totals = hdf5::read_text(file, "totals");
@@ -284,8 +284,9 @@ void read_tree(hid_t file, Snapshot& snapshot, const Rows& nodes, const Rows& hy
   }
 }
 
-/// Is it ours, and of this version?
-void check_format(hid_t file, const fs::path& path) {
+}  // namespace
+
+void snapshot::check_format(hid_t file, const fs::path& path) {
   if (H5Aexists(file, "format") <= 0 || H5Aexists(file, "version") <= 0 ||
       hdf5::read_text_attribute(file, "format") != format_name)
     throw Error("'" + path.string() + "' is an HDF5 file, but no snapshot of bsp2");
@@ -296,17 +297,9 @@ void check_format(hid_t file, const fs::path& path) {
                 "; use the program that wrote it");
 }
 
-}  // namespace
-
 Snapshot snapshot::read(const fs::path& path, SnapshotPart part,
                         const std::function<bool(std::uint32_t)>& wanted) {
-  const hdf5::Silence silence;
-  try {
-    if (H5Fis_hdf5(path.c_str()) <= 0)
-      throw Error("'" + path.string() + "' is no snapshot of bsp2, or it is damaged");
-    const Handle access = file_access();
-    const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
-    check_format(file, path);
+  return of_file(path, [&](hid_t file) {
     Snapshot result;
     result.head = read_head(file);
     read_frontier(file, result, part, wanted);
@@ -316,11 +309,7 @@ Snapshot snapshot::read(const fs::path& path, SnapshotPart part,
       read_tree(file, result, rows.nodes, rows.hyperplanes);
     }
     return result;
-  } catch (const Failure& failure) {
-    throw Error("the snapshot '" + path.string() + "' is damaged or truncated (" + failure.what() + ")");
-  } catch (const std::length_error&) {
-    throw Error("the snapshot '" + path.string() + "' is damaged (an array of impossible length)");
-  }
+  });
 }
 
 }  // namespace bsp2::io

@@ -51,7 +51,7 @@ struct Hdf5Array {
   std::uint64_t rows, columns;
 };
 
-/// What bsp2-hdf5 does: see write_snapshot and read_snapshot.
+/// What bsp2-hdf5 does: see write_snapshot and what follows it.
 struct Hdf5Module {
   static constexpr const char* name = "bsp2-hdf5";
   void (*write_snapshot)(const std::filesystem::path& path, const Snapshot& snapshot,
@@ -59,6 +59,9 @@ struct Hdf5Module {
   /// @param path a file that can be opened.
   Snapshot (*read_snapshot)(const std::filesystem::path& path, SnapshotPart part,
                             const std::function<bool(std::uint32_t region)>& wanted);
+  void (*add_surface)(const std::filesystem::path& path, const geometry::TriangleSurface& surface,
+                      const geometry::Brep* faces);
+  std::optional<SnapshotSurface> (*read_surface)(const std::filesystem::path& path, bool with_faces);
   /// A file of arrays, and a text about them as its attribute `names`; it appears when it is complete.
   /// @throws Error if it cannot be written.
   void (*write_arrays)(const std::filesystem::path& path, const std::vector<Hdf5Array>& arrays,

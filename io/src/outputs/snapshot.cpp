@@ -94,4 +94,16 @@ Snapshot read_snapshot(const fs::path& path, SnapshotPart part,
   return hdf5_module().read_snapshot(path, part, wanted);
 }
 
+void add_surface(const fs::path& path, const geometry::TriangleSurface& surface,
+                 const geometry::Brep* faces) {
+  const std::lock_guard lock(hdf5_mutex());
+  hdf5_module().add_surface(path, surface, faces);
+}
+
+std::optional<SnapshotSurface> read_surface(const fs::path& path, bool with_faces) {
+  check_snapshot_is_readable(path);
+  const std::lock_guard lock(hdf5_mutex());
+  return hdf5_module().read_surface(path, with_faces);
+}
+
 }  // namespace bsp2::io

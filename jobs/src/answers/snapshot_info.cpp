@@ -50,6 +50,7 @@ void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
   line("undecided", counted(info.undecided, "# cell[s]"));
   if (info.in_cells > 0 || info.undecided == 0)
     line("digest", info.digest + (info.is_complete && info.undecided == 0 ? "" : " (of the finished cells)"));
+  if (info.has_surface) line("surface", info.has_faces ? "with its faces" : "its triangles");
   line("state", !info.is_complete ? "unfinished; go on with 'bsp2 resume'"
                 : info.undecided > 0
                     ? "complete" + (info.level ? fmt::format(" to level {}", *info.level) : "") +

@@ -434,8 +434,10 @@ void set_solver_mesh(RunCommand& command, const Raw& raw) {
   }
 }
 
-/// Whether a surface may be found without cells: nothing that shows them is asked for, nor says how many.
+/// Whether a surface may be found without cells: nothing that shows them is asked for, nor says how many. Of
+/// a snapshot it may be there.
 bool is_surface_alone(const RunCommand& command, const Raw& raw) {
+  if (!raw.exported.empty()) return !command.options.outputs.surfaces.empty();
   const Options& options = command.options;
   const Outputs& outputs = options.outputs;
   const bool has_limits = options.level || options.budget || options.cells || options.steps ||

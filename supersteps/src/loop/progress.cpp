@@ -284,15 +284,14 @@ void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Prog
   io::write_snapshot(*options.snapshot, snapshot, writers);
 }
 
-namespace {
-
-/// Whether a run leaves the same cells FUZZY as the one that wrote the snapshot.
 bool are_same_limits(const io::SnapshotHead& head, const RunOptions& options) {
   if (options.level != head.level || options.tolerance.value_or(0) != head.tolerance ||
       options.angle.value_or(0) != head.angle)
     return false;
   return !options.angle || options.eye == head.eye;
 }
+
+namespace {
 
 /// All that is undecided is looked at again.
 void reopen(Frontier& frontier) {
@@ -317,8 +316,9 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
     progress.partition = partition_of<D>(head);
     rank_of_region = deal_out(list, progress.partition.nodes.size() + 1, ranks.count(), !same_limits);
     const auto is_mine = [&](std::uint32_t region) { return rank_of_region[region] == ranks.rank(); };
-    const io::Snapshot mine = io::read_snapshot(*options.resume, io::SnapshotPart::all, is_mine);
-    progress.meshes = meshes_of<D>(mine);
+    const auto part = options.collect_cells ? io::SnapshotPart::all : io::SnapshotPart::frontier;
+    const io::Snapshot mine = io::read_snapshot(*options.resume, part, is_mine);
+    if (options.collect_cells) progress.meshes = meshes_of<D>(mine);
     std::vector<dataflow::Region<D>> regions;
     for (const std::string& archive : mine.frontier_archive) {
       dataflow::from_bytes(std::span<const char>(archive), regions.emplace_back());

@@ -113,6 +113,9 @@ void set_partition(io::SnapshotHead& head, const dataflow::Partition<D>& partiti
 template <int D>
 Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
 
+/// Whether a run leaves the same cells FUZZY as the one that wrote the snapshot.
+bool are_same_limits(const io::SnapshotHead& head, const RunOptions& options);
+
 /// The options with those that a snapshot fixes, and its table of supersteps.
 /// @throws bsp2::Error if they contradict the snapshot.
 RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecord>& records);

@@ -13,6 +13,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/interruption.hpp"
 #include "loop/asking.hpp"
+#include "loop/kept_boundary.hpp"
 #include "loop/late_warnings.hpp"
 #include "loop/looks.hpp"
 #include "loop/measuring.hpp"
@@ -316,12 +317,12 @@ std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>
 template <int D>
 void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, CellShare share,
              std::optional<TracedBoundary> traced, const RunOptions& options, RunResult& result) {
-  if (!options.collect_cells || (!options.boundary && !options.contacts)) return;
   if (traced) {
     result.boundary = std::move(traced->boundary);
     result.faces = std::move(traced->faces);
     return describe_boundary(result);
   }
+  if (!options.collect_cells || (!options.boundary && !options.contacts)) return;
   const auto failed = attempt(ranks, [&] {
     ranks.agree([&] { ranks.begin("resolution"); });
     auto [contacts, boundary, faces, outlines] =
@@ -452,7 +453,10 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     if (auto surface = run_without_cells(ranks, *own, options, source, report)) return std::move(*surface);
 
   std::optional<TracedBoundary> traced;
-  if constexpr (D == 3) traced = boundary_before_cells(ranks, *own, options, report.threads);
+  if constexpr (D == 3)
+    traced = options.resume ? kept_boundary(ranks, options)
+                            : boundary_before_cells(ranks, *own, options, report.threads);
+  if (options.resume && traced && is_boundary_enough(options)) options.collect_cells = false;
 
   Looks<D> looks(network, options.finds_rounds);
   ranks.begin("distribution");
@@ -466,6 +470,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
 
   double snapshot_seconds = 0;
   std::optional<FailedOutput> snapshot_failure;  // of the last one
+  bool is_saved = false;                         // by this run, as it is now
   std::optional<FailedOutput> frame_failure;     // of the first one
   bool saves_late = false;                       // when it is sure that nothing is refused
   StepEnd end{.stopped = true, .last = options.steps == 0U};
@@ -488,6 +493,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
       const auto start = Clock::now();
       snapshot_failure = try_to_save(ranks, network, progress, options, source, !end.stopped, report.earlier);
       snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      is_saved = !snapshot_failure;
     }
     if (options.on_frame && !end.interrupted) {
       auto failed = show_frame(ranks, network, progress, looks, options, report.threads, rank_of_region);
@@ -528,6 +534,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     if (saves_late)
       snapshot_failure = try_to_save(ranks, network, progress, options, source, result.report.complete,
                                      result.report.earlier);
+    is_saved = is_saved || (saves_late && !snapshot_failure);
   }
   if (snapshot_failure) result.report.failed.push_back(*snapshot_failure);
   if (options.can_be_asked && options.collect_cells && result.is_collected && ranks.is_master())
@@ -539,6 +546,8 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   }
   if (!options.strict)
     resolve(ranks, network, progress, std::move(to_glue), std::move(traced), options, result);
+  if (D == 3 && options.boundary && is_saved && result.report.complete)
+    keep_boundary(ranks, options, progress.steps, result);
   return result;
 }
 

@@ -5,19 +5,18 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <barrier>
 #include <cerrno>
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <random>
 #include <thread>
 
 #include "bsp2/geometry/support/error.hpp"
 #include "files/replacing.hpp"
+#include "support/full_disk.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::io {
@@ -25,6 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using geometry::CellBatch;
+using samples::FullDisk;
 
 /// Any bytes in, but with offsets that fit: io does not look into the geometry.
 std::shared_ptr<const CellBatch> random_batch(std::mt19937& random, std::size_t cells, std::uint32_t region) {
@@ -395,21 +395,6 @@ TEST_F(SnapshotFile, ReadsAFileThatDoesNotTellWhatHasEnded) {
   H5Fclose(file);
   EXPECT_EQ(read_snapshot(path_, SnapshotPart::head).frontier_open, snapshot.frontier_tokens);
 }
-
-/// Files may not grow beyond a size, as on a full disk.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
-
- private:
-  rlimit before_{};
-};
 
 TEST_F(SnapshotFile, AFailedWriteLeavesTheOldOne) {
   const Snapshot old = random_snapshot(random_, 100);

@@ -11,6 +11,8 @@
 #include "bsp2/geometry/cells/bsp_tree.hpp"
 #include "bsp2/geometry/cells/cell_batch.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/surface/boundary.hpp"
+#include "bsp2/geometry/surface/brep.hpp"
 
 namespace bsp2::io {
 
@@ -32,9 +34,10 @@ struct SnapshotHead {
   std::uint32_t steps = 0;  ///< computation supersteps so far
   bool complete = false;    ///< nothing is left but what `level` leaves
   std::uint64_t in_cells = 0, out_cells = 0;
-  double in_volume = 0;     ///< of the finished cells
-  std::string digest;       ///< likewise
-  std::string totals;       ///< all sums, archived
+  double in_volume = 0;                         ///< of the finished cells
+  std::string digest;                           ///< likewise
+  std::string totals;                           ///< all sums, archived
+  bool has_surface = false, has_faces = false;  ///< read, and not written: see add_surface
   bool is_portion = false;  ///< it holds a part of a run: only with the other parts can one go on from it
   // The partition: node i cuts by hyperplane[i], its children are children[2 i] and [2 i + 1] as Partition
   // has them.
@@ -124,5 +127,21 @@ enum class SnapshotPart : std::uint8_t {
 /// truncated or damaged (all data have checksums).
 Snapshot read_snapshot(const std::filesystem::path& path, SnapshotPart part = SnapshotPart::all,
                        const std::function<bool(std::uint32_t region)>& wanted = {});
+
+/// The surface of the IN cells of a snapshot.
+struct SnapshotSurface {
+  geometry::TriangleSurface triangles;
+  std::optional<geometry::Brep> faces;
+};
+
+/// Puts the surface of its cells into a snapshot, in the place of what was there: the file is replaced as
+/// write_snapshot does it. By one process. @param faces may be null.
+/// @throws bsp2::Error if that cannot be done; the snapshot is as it was.
+void add_surface(const std::filesystem::path& path, const geometry::TriangleSurface& surface,
+                 const geometry::Brep* faces);
+
+/// @return none if the snapshot has no surface. @param with_faces whether these are read, if they are there.
+/// @throws bsp2::Error as read_snapshot.
+std::optional<SnapshotSurface> read_surface(const std::filesystem::path& path, bool with_faces);
 
 }  // namespace bsp2::io
