@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace bsp2::api {
 
@@ -24,8 +25,18 @@ struct Detail {
   std::int32_t part = several_parts;  ///< whose it is; -1: of no part
   std::array<double, 3> lower{}, upper{};
   int finest = 0, coarsest = 0;  ///< levels; `coarsest` still shows where it is
+  /// How many are left at levels from `finest` on, about; at those above the last as many as at that.
+  std::vector<std::uint32_t> triangles;
   /// Makes the bytes of a level from those of the finest one. Called by any thread.
   std::function<std::string(const std::string& bytes, int level)> coarser;
+
+  /// The finest level with no more triangles than that; where there is none, the coarsest that has some.
+  [[nodiscard]] int level_with(double most_triangles) const {
+    std::size_t above = 0;
+    while (above + 1 < triangles.size() && triangles[above] > most_triangles && triangles[above + 1] > 0)
+      ++above;
+    return finest + static_cast<int>(above);
+  }
 };
 
 }  // namespace bsp2::api

@@ -47,6 +47,18 @@ std::array<Corner, 8> corners_of(const Detail& detail, const std::array<double, 
   return corners;
 }
 
+/// Pixels of a rectangle around a box that is before the eye.
+double area_of(const std::array<Corner, 8>& corners, double half_width, double half_height) {
+  std::array<double, 2> low{1e300, 1e300}, high{-1e300, -1e300};
+  for (const Corner& corner : corners)
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const double at = corner.place[axis] / corner.depth * (axis == 0 ? half_width : half_height);
+      low[axis] = std::min(low[axis], at);
+      high[axis] = std::max(high[axis], at);
+    }
+  return std::max(1.0, high[0] - low[0]) * std::max(1.0, high[1] - low[1]);
+}
+
 /// Whether one of the planes around the picture has all of them beyond it.
 bool are_outside(const std::array<Corner, 8>& corners) {
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -87,7 +99,8 @@ std::optional<Gaze> Gaze::heard(const std::string& text) {
 }
 
 Gaze::Wanted Gaze::wanted(const Detail& detail, std::uint64_t run_of_surface) const {
-  constexpr double steps_of_a_pixel = 2;
+  constexpr double steps_of_a_pixel = 2, triangles_of_a_pixel = 2, most_aspect = 100;
+  constexpr int most_levels = 2;  // above that of half a pixel: two pixels
   const bool shows_surface = wants_surface && detail.run == run_of_surface;
   if ((detail.kind == Detail::Kind::surface) != shows_surface || hidden.contains(detail.part))
     return {Detail::nothing, 0, false};
@@ -102,8 +115,15 @@ Gaze::Wanted Gaze::wanted(const Detail& detail, std::uint64_t run_of_surface) co
   if (!(nearest > 0)) return {detail.finest, 0, true};  // also where products were too large for numbers
   const double growth = std::hypot(matrix[1], matrix[5], matrix[9]);  // of what is upright, at depth 1
   const double step = 2 * nearest / (growth * std::max(1.0, height)) / steps_of_a_pixel;
-  const int level = std::isfinite(step) && step > 0 ? std::ilogb(step) : detail.finest;
-  return {std::clamp(level, detail.finest, detail.coarsest), nearest, true};
+  const int seen = std::isfinite(step) && step > 0 ? std::ilogb(step) : detail.finest;
+  int level = std::clamp(seen, detail.finest, detail.coarsest);
+  if (depth == 0 && std::isfinite(step) && step > 0) {
+    const double across = std::hypot(matrix[0], matrix[4], matrix[8]), half_height = height / 2;
+    const double half_width = half_height * growth / std::max(across, growth / most_aspect);
+    const int sparse = detail.level_with(triangles_of_a_pixel * area_of(corners, half_width, half_height));
+    level = std::max(level, std::min(sparse, seen + most_levels));
+  }
+  return {level, nearest, true};
 }
 
 }  // namespace bsp2::api

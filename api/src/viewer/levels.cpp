@@ -206,7 +206,56 @@ Message begun(const json& header) {
   return message;
 }
 
-Detail detail_of(const json& header) {
+/// The shortest side of a triangle, by its extent along an axis; in steps.
+std::uint32_t shortest_side(const Numbers& places, const Numbers& corners) {
+  std::uint32_t shortest = 0xffff;
+  for (std::size_t at = 0; at < corners.size(); ++at) {
+    const std::size_t next = at % 3 == 2 ? at - 2 : at + 1;
+    std::uint32_t side = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t p = places[3 * corners[at] + i], q = places[3 * corners[next] + i];
+      side = std::max(side, p > q ? p - q : q - p);
+    }
+    shortest = std::min(shortest, side);
+  }
+  return shortest;
+}
+
+/// How many triangles do not collapse at levels from that of a message to a last one. One that does is taken
+/// to stay so.
+Numbers triangles_left(const Received& from, int last) {
+  const Numbers places = from.whole("positions");
+  Numbers corners = from.whole("triangles");
+  const int finest = from.header()["finest"];
+  const double step = from.header()["step"];
+  const Point origin = from.header()["origin"];
+  // Points that are a step apart stay so.
+  int level = std::max(finest, std::ilogb(step) + std::ilogb(std::max(1U, shortest_side(places, corners))));
+  Numbers counts(static_cast<std::size_t>(std::max(0, std::min(level, last) - finest) + 1),
+                 static_cast<std::uint32_t>(corners.size() / 3));
+  std::vector<std::int32_t> coarse(places.size());
+  while (++level <= last && counts.back() > 0) {
+    const double scale = std::exp2(-level);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      coarse[i] = static_cast<std::int32_t>(std::round((origin[i % 3] + step * places[i]) * scale));
+    const auto are_one = [&](std::uint32_t a, std::uint32_t b) {
+      return std::equal(&coarse[3 * a], &coarse[3 * a] + 3, &coarse[3 * b]);
+    };
+    std::size_t left = 0;
+    for (std::size_t at = 0; at < corners.size(); at += 3) {
+      const std::array<std::uint32_t, 3> triangle{corners[at], corners[at + 1], corners[at + 2]};
+      const auto& [a, b, c] = triangle;
+      if (are_one(a, b) || are_one(b, c) || are_one(c, a)) continue;
+      for (const std::uint32_t corner : triangle) corners[left++] = corner;
+    }
+    corners.resize(left);
+    counts.push_back(static_cast<std::uint32_t>(left / 3));
+  }
+  return counts;
+}
+
+Detail detail_of(const Received& from) {
+  const json& header = from.header();
   Detail detail;
   const bool is_piece = header["kind"] == "piece";
   detail.kind = is_piece ? Detail::Kind::surface : Detail::Kind::cells;
@@ -220,6 +269,7 @@ Detail detail_of(const json& header) {
   for (std::size_t i = 0; i < 3; ++i) extent = std::max(extent, detail.upper[i] - detail.lower[i]);
   constexpr int halvings = 3;  // it has 8 to 16 steps then
   detail.coarsest = extent > 0 ? std::max(detail.finest, std::ilogb(extent) - halvings) : detail.finest;
+  detail.triangles = triangles_left(from, extent > 0 ? std::ilogb(extent) : detail.finest);
   detail.coarser = coarser;
   return detail;
 }
@@ -252,7 +302,7 @@ std::string coarser(const std::string& bytes, int level) {
 }
 
 void put_detailed(Scene& scene, const std::string& key, std::string bytes) {
-  auto detail = std::make_shared<const Detail>(detail_of(Received::header_of(bytes)));
+  auto detail = std::make_shared<const Detail>(detail_of(Received(bytes)));
   scene.put(key, std::move(bytes), std::move(detail));
 }
 

@@ -104,6 +104,38 @@ TEST(Levels, PiecesAtOneLevelAreClosedTogether) {
   }
 }
 
+/// What is told of a message without making its levels: as many as collapse at none of the levels up to
+/// there.
+TEST(Levels, TellHowManyTrianglesTheyHave) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int round = 0; round < samples::rounds(3); ++round) {
+    const auto result = evaluated(random_model(random));
+    for (const std::size_t most : {std::size_t{1} << 30, std::size_t{200}}) {
+      Scene scene;
+      for (const std::string& bytes : surface_messages(3, *result.faces, most))
+        put_detailed(scene, std::to_string(scene.size()), bytes);
+      for (const auto& [number, detail] : scene.detailed()) {
+        const std::string bytes = *scene.find(number)->bytes;
+        auto left = triangles_of(Decoded(bytes), "ofFace", "areas");
+        ASSERT_FALSE(detail->triangles.empty());
+        for (std::size_t above = 0; above < detail->triangles.size(); ++above) {
+          const int level = detail->finest + static_cast<int>(above);
+          std::erase_if(
+              left, [&](const auto& each) { return is_collapsed(on_lattice(each.first, std::exp2(level))); });
+          ASSERT_EQ(detail->triangles[above], left.size()) << "level " << level;
+          const Decoded made(coarser(bytes, level));
+          EXPECT_LE(left.size(), made.whole("triangles").size() / 3);
+        }
+        EXPECT_EQ(detail->level_with(1e9), detail->finest);
+        const int coarsest = detail->level_with(0);
+        EXPECT_GT(detail->triangles.at(static_cast<std::size_t>(coarsest - detail->finest)), 0U);
+      }
+    }
+  }
+}
+
 /// A camera that looks along -z from above, with 90 degrees from low to high, as pages tell it.
 std::string gaze_from(const Point& eye, double height, const json& more = json::object()) {
   constexpr double near = 0.1, far = 1e5;
@@ -155,6 +187,50 @@ TEST(Gaze, StepsAreAtMostHalfAPixelAndNotLessThanAQuarter) {
     EXPECT_GT(step, 0.2499999 * pixel);
   }
   EXPECT_GT(seen, samples::rounds(2000) / 20);
+}
+
+/// Where the step of half a pixel would leave more triangles than twice the pixels around a thing.
+TEST(Gaze, NothingHasManyMoreTrianglesThanPixels) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int coarser_ones = 0;
+  for (int round = 0; round < samples::rounds(500); ++round) {
+    const double height = 100 + 2000 * unit(random);
+    const Point eye{0, 0, 50 + 200 * unit(random)};
+    Detail detail = small_box({20 * (unit(random) - 0.5), 20 * (unit(random) - 0.5), 0});
+    const auto plain = Gaze::heard(gaze_from(eye, height)).value().wanted(detail, 0);
+    detail.triangles.resize(1 + random() % 16, 1U + static_cast<std::uint32_t>(1e5 * unit(random)));
+    for (double left = detail.triangles.back(); left >= 1; left *= unit(random))
+      detail.triangles.push_back(static_cast<std::uint32_t>(left));
+    const auto wanted = Gaze::heard(gaze_from(eye, height)).value().wanted(detail, 0);
+    std::array<double, 2> low{1e9, 1e9},
+        high{-1e9, -1e9};  // pixels: at each depth the picture is twice as wide as that
+    for (const double z : {detail.lower[2], detail.upper[2]})
+      for (const std::size_t axis : {0, 1})
+        for (const double at : {detail.lower[axis], detail.upper[axis]}) {
+          low[axis] = std::min(low[axis], at / (eye[2] - z) * height / 2);
+          high[axis] = std::max(high[axis], at / (eye[2] - z) * height / 2);
+        }
+    const double pixels = std::max(1.0, high[0] - low[0]) * std::max(1.0, high[1] - low[1]);
+    const auto count = [&](int level) {
+      return detail
+          .triangles[std::min(static_cast<std::size_t>(level - detail.finest), detail.triangles.size() - 1)];
+    };
+    EXPECT_GE(wanted.level, plain.level);
+    const int last = detail.finest + static_cast<int>(detail.triangles.size()) - 1;
+    const double pixel = 2 * (eye[2] - detail.upper[2]) / height, step = std::exp2(wanted.level);
+    EXPECT_TRUE(count(wanted.level) <= 2.001 * pixels || wanted.level >= last || step > 0.999 * pixel);
+    if (wanted.level > plain.level) {
+      EXPECT_LE(step, 2.001 * pixel);
+      EXPECT_GT(count(wanted.level - 1), 1.999 * pixels);
+    }
+    coarser_ones += wanted.level > plain.level;
+    const auto even = Gaze::heard(gaze_from(eye, height, {{"depth", eye[2] - 0.5}})).value();
+    EXPECT_EQ(even.wanted(detail, 0).level, plain.level) << "all at one level";
+  }
+  EXPECT_GT(coarser_ones, samples::rounds(500) / 20);
 }
 
 TEST(Gaze, WhatIsNotDrawnIsNotWantedAndWhatIsSelectedIsWantedAsItIs) {
