@@ -34,8 +34,8 @@ struct Gaze {
     bool is_seen;  ///< else it can wait
   };
   /// The coarsest level whose step is at most half a pixel where the thing is nearest; where that has more
-  /// than two triangles for each pixel of its box a coarser one, of at most two pixels, unless all are to have
-  /// one level. What is not in the picture gets its coarsest one, and what is not drawn none.
+  /// than two triangles for each pixel of its box a coarser one, of at most two pixels, unless all are to
+  /// have one level. What is not in the picture gets its coarsest one, and what is not drawn none.
   /// @param run_of_surface the run whose surface there is.
   [[nodiscard]] Wanted wanted(const Detail& detail, std::uint64_t run_of_surface) const;
 };
