@@ -43,8 +43,8 @@ enum class SolverFormat : std::uint8_t { openfoam, vtu, gmsh, abaqus, xdmf };
 
 /// By the ending of a path: a folder, `.foam` or no ending is an OpenFOAM case.
 std::optional<SolverFormat> solver_format(const std::filesystem::path& path);
-/// The file by which a mesh is opened: the path itself, or of an OpenFOAM case the empty NAME.foam in its folder
-/// NAME, for ParaView. `x.foam` and `x/x.foam` are of the folder `x`. @pre solver_format(path)
+/// The file by which a mesh is opened: the path itself, or of an OpenFOAM case the empty NAME.foam in its
+/// folder NAME, for ParaView. `x.foam` and `x/x.foam` are of the folder `x`. @pre solver_format(path)
 std::filesystem::path solver_file(const std::filesystem::path& path);
 /// "a folder, .foam, .vtu, .msh, .inp or .xdmf", for messages.
 std::string solver_endings();
