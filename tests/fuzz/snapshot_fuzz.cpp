@@ -31,9 +31,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       read_archive<bsp2::geometry::CellBatch>(bytes);
     return 0;
   }
+  const auto file = bsp2::fuzzing::file_of(data, size, ".h5");
   try {
-    const auto file = bsp2::fuzzing::file_of(data, size, ".h5");
-    bsp2::io::read_surface(file, true);
+    bsp2::io::read_surface(file, 2, true);
+  } catch (const bsp2::Error&) {
+  }
+  try {
     bsp2::io::read_snapshot(file);
   } catch (const bsp2::Error&) {
   }

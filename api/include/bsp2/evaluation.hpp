@@ -93,7 +93,7 @@ struct Options {
   bool surface = false;  ///< the surface is found with the cells: with several ranks it cannot
                          ///< be found later
   /// Only the surface and figures are wanted of a solid of space: where it can be found without cells, none
-  /// are made.
+  /// are made, and none are read of a snapshot that holds it.
   bool surface_only = false;
   bool faces = false;     ///< its faces, too, which files for CAD programs hold; likewise
   bool contacts = false;  ///< which cells touch; likewise

@@ -1,5 +1,6 @@
 #include "outputs/drawings.hpp"
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/sheet.hpp"
 #include "outputs/outputs.hpp"
@@ -20,6 +21,7 @@ void write_drawing(const Writing& writing, supersteps::RunResult& result, supers
   const DrawingOutput& output = *writing.files.drawing;
   const drawing::DrawingOptions options = drawing_options(output.drawing, writing.dashes);
   const drawing::Drawing drawn = draw(writing.run, options, result, ranks, run, writing.dashes);
+  if (writing.cells_go) geometry::Interruption::check();
   ranks.agree([&] {
     if (!ranks.is_master()) return;
     for (const fs::path& file : output.files) {

@@ -109,6 +109,7 @@ void end_if_over(const Writing& writing) {
 /// is made of collective calls and Ranks::agree.
 void make(const Writing& writing, const fs::path& path, supersteps::RunReport& report,
           const supersteps::Ranks& ranks, const std::function<void()>& work) {
+  if (writing.cells_go) geometry::Interruption::check();
   if (writing.on_writing) writing.on_writing(path);
   auto failed = supersteps::attempt(ranks, work);
   if (!failed) return;
@@ -366,10 +367,10 @@ supersteps::RunResult write_run(const Writing& writing, supersteps::Ranks& ranks
       cells_are_written = true;
     };
   supersteps::RunResult result = evaluate(run, ranks);
-  end_if_over(writing);
   for (const auto& failed : {step_failures.frames, step_failures.series})
     if (failed) result.report.failed.push_back(*failed);
   if (result.report.interrupted) return result;
+  end_if_over(writing);
   if (writing.files.drawing) write_drawing(writing, result, ranks, evaluate, written);
   if (!cells_are_written) write_cells(writing, result, ranks);
   if (writing.files.solver_mesh && !result.report.interrupted) mesh_cells(writing, result, ranks, written);

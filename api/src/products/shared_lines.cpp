@@ -104,8 +104,8 @@ ViewLines lines_in(Packed& packed) {
   return lines;
 }
 
-/// The master's complexes, on all ranks. @param brep null where they are received. Collective.
-std::vector<Brep> shared(const Brep* brep, std::span<const Brep> cuts, supersteps::Ranks& ranks) {
+/// Sends the master's complexes to all other ranks. @param brep null there. Collective.
+void share(const Brep* brep, std::span<const Brep> cuts, supersteps::Ranks& ranks) {
   if (ranks.count() > 1 && ranks.is_master()) {
     Packed packed;
     put(packed, *brep);
@@ -113,7 +113,6 @@ std::vector<Brep> shared(const Brep* brep, std::span<const Brep> cuts, superstep
     for (int rank = 1; rank < ranks.count(); ++rank) ranks.send(rank, packed.bytes());
   }
   ranks.sync();
-  return ranks.is_master() ? std::vector<Brep>{} : breps_in(Packed(ranks.received().front().bytes));
 }
 
 /// Pieces go to the rank that puts those of their view together.
@@ -121,8 +120,8 @@ int joiner(std::size_t view, const supersteps::Ranks& ranks) {
   return static_cast<int>(view % static_cast<std::size_t>(ranks.count()));
 }
 
-/// Pieces of all ranks, of the views that this one puts together. Collective.
-void exchange(std::vector<std::vector<Piece>>& pieces, supersteps::Ranks& ranks) {
+/// Sends pieces to the ranks that put their views together. Collective.
+void send_pieces(std::vector<std::vector<Piece>>& pieces, supersteps::Ranks& ranks) {
   std::vector<Packed> packed(static_cast<std::size_t>(ranks.count()));
   for (std::size_t view = 0; view < pieces.size(); ++view)
     if (const int rank = joiner(view, ranks); rank != ranks.rank())
@@ -130,6 +129,10 @@ void exchange(std::vector<std::vector<Piece>>& pieces, supersteps::Ranks& ranks)
   for (int rank = 0; rank < ranks.count(); ++rank)
     if (rank != ranks.rank()) ranks.send(rank, packed[static_cast<std::size_t>(rank)].bytes());
   ranks.sync();
+}
+
+/// Those of the others, of the views that this rank puts together.
+void take_pieces(std::vector<std::vector<Piece>>& pieces, const supersteps::Ranks& ranks) {
   std::vector<Piece> some;
   for (const auto& message : ranks.received()) {
     Packed bytes(message.bytes);
@@ -146,18 +149,22 @@ void exchange(std::vector<std::vector<Piece>>& pieces, supersteps::Ranks& ranks)
 std::vector<ViewLines> shared_lines(const Brep* brep, std::span<const Brep> cuts,
                                     const drawing::DrawingOptions& options, supersteps::Ranks& ranks) {
   std::vector<std::vector<Piece>> pieces;
-  const std::vector<Brep> received = shared(brep, cuts, ranks);
+  share(brep, cuts, ranks);
   ranks.agree([&] {
-    const drawing::Share share{static_cast<std::size_t>(ranks.rank()),
-                               static_cast<std::size_t>(ranks.count())};
-    pieces = ranks.is_master()
-                 ? drawing::pieces_of_views(*brep, cuts, options, share)
-                 : drawing::pieces_of_views(received.front(), std::span(received).subspan(1), options, share);
+    const drawing::Share mine{static_cast<std::size_t>(ranks.rank()),
+                              static_cast<std::size_t>(ranks.count())};
+    if (ranks.is_master()) {
+      pieces = drawing::pieces_of_views(*brep, cuts, options, mine);
+    } else {
+      const std::vector<Brep> received = breps_in(Packed(ranks.received().front().bytes));
+      pieces = drawing::pieces_of_views(received.front(), std::span(received).subspan(1), options, mine);
+    }
   });
-  exchange(pieces, ranks);
+  send_pieces(pieces, ranks);
   std::vector<ViewLines> lines(pieces.size());
   Packed found;
   ranks.agree([&] {
+    take_pieces(pieces, ranks);
     for (std::size_t view = 0; view < lines.size(); ++view) {
       if (joiner(view, ranks) != ranks.rank()) continue;
       lines[view] = drawing::lines_from(std::move(pieces[view]));
@@ -166,11 +173,13 @@ std::vector<ViewLines> shared_lines(const Brep* brep, std::span<const Brep> cuts
   });
   if (!ranks.is_master()) ranks.send(0, found.bytes());
   ranks.sync();
-  for (const auto& message : ranks.received()) {
-    Packed packed(message.bytes);
-    for (std::size_t view = 0; view < lines.size(); ++view)
-      if (joiner(view, ranks) == message.source) lines[view] = lines_in(packed);
-  }
+  ranks.agree([&] {
+    for (const auto& message : ranks.received()) {
+      Packed packed(message.bytes);
+      for (std::size_t view = 0; view < lines.size(); ++view)
+        if (joiner(view, ranks) == message.source) lines[view] = lines_in(packed);
+    }
+  });
   return lines;
 }
 

@@ -302,6 +302,11 @@ class SolverMeshMaker {
   /// In the place of the tetrahedra.
   void make_dual() {
     meshing::Dual dual = meshing::dual_of(mesh_.tetrahedra, mesh_.group_of_triangle);
+    if (dual.wrong_faces > 0)
+      made_.warnings.push_back(
+          counted(dual.wrong_faces,
+                  "# face[s] of the dual [is|are] turned or skew, which solvers for finite volumes "
+                  "may refuse: another size may do, or tetrahedra"));
     for (const std::uint32_t triangle : dual.triangle_of_face)
       mesh_.group_of_face.push_back(
           triangle == meshing::Dual::no_triangle ? -1 : mesh_.group_of_triangle[triangle]);

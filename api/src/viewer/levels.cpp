@@ -237,7 +237,8 @@ Numbers triangles_left(const Received& from, int last) {
   while (++level <= last && counts.back() > 0) {
     const double scale = std::exp2(-level);
     for (std::size_t i = 0; i < places.size(); ++i)
-      coarse[i] = static_cast<std::int32_t>(std::round((origin[i % 3] + step * places[i]) * scale));
+      coarse[i] = static_cast<std::int32_t>(std::round((origin[i % 3] + step * places[i]) * scale) -
+                                            std::floor(origin[i % 3] * scale));
     const auto are_one = [&](std::uint32_t a, std::uint32_t b) {
       return std::equal(&coarse[3 * a], &coarse[3 * a] + 3, &coarse[3 * b]);
     };

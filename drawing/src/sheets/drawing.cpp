@@ -41,8 +41,8 @@ Point2 corner(const Layout& layout, const PlacedView& view, const Point2& at) {
           view.origin[1] + (at[1] - view.lower[1]) * layout.scale};
 }
 
-std::vector<Piece> pieces_of_view(const Brep& brep, const PlacedView& view, const Layout& layout,
-                                  const DrawingOptions& options, const EdgePart& part) {
+std::vector<Piece> pieces_of_view(const Brep& brep, const GridPoints& grid, const PlacedView& view,
+                                  const Layout& layout, const DrawingOptions& options, const EdgePart& part) {
   LineOptions how;
   how.smooth_angle = options.smooth_angle;
   how.smooth_edges = options.smooth_edges;
@@ -52,7 +52,7 @@ std::vector<Piece> pieces_of_view(const Brep& brep, const PlacedView& view, cons
   how.shortest = finest / layout.scale;
   how.part = part;
   how.threads = options.threads;
-  std::vector<Piece> pieces = lines_of(brep, GridPoints(brep.points), axes_of(view.kind), how);
+  std::vector<Piece> pieces = lines_of(brep, grid, axes_of(view.kind), how);
   for (Piece& piece : pieces) {
     piece.from = corner(layout, view, piece.from);
     piece.to = corner(layout, view, piece.to);
@@ -323,11 +323,16 @@ std::vector<std::vector<Piece>> pieces_of_views(const Brep& brep, std::span<cons
                                                 const DrawingOptions& options, Share share) {
   const Layout layout = checked_layout(brep, options);
   std::vector<std::vector<Piece>> pieces(layout.views.size());
+  std::optional<GridPoints> grid;  // of what was seen last
+  const Brep* seen_last = nullptr;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const PlacedView& view = layout.views[i];
     const EdgePart part = part_of(share, i, pieces.size());
     if (part.first == part.end) continue;
-    pieces[i] = pieces_of_view(view.section == nullptr ? brep : cuts[view.cut], view, layout, options, part);
+    const Brep& seen = view.section == nullptr ? brep : cuts[view.cut];
+    if (seen_last != &seen) grid.emplace(seen.points);
+    seen_last = &seen;
+    pieces[i] = pieces_of_view(seen, *grid, view, layout, options, part);
   }
   return pieces;
 }

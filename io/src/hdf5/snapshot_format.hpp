@@ -57,6 +57,7 @@ Snapshot read(const std::filesystem::path& path, SnapshotPart part,
               const std::function<bool(std::uint32_t region)>& wanted);
 void add_surface(const std::filesystem::path& path, const geometry::TriangleSurface& surface,
                  const geometry::Brep* faces);
-std::optional<SnapshotSurface> read_surface(const std::filesystem::path& path, bool with_faces);
+std::optional<SnapshotSurface> read_surface(const std::filesystem::path& path, std::int32_t parts,
+                                            bool with_faces);
 
 }  // namespace bsp2::io::snapshot

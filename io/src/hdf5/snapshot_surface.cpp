@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <system_error>
@@ -143,13 +144,15 @@ void pass_faces(Way& way, Complex& brep) {
   way.list("faces/triangle_face", brep.face_of_triangle);
 }
 
-/// Finds where the part of each row begins. @throws Failure if all parts together are not the whole.
+/// Finds where the part of each row begins. @throws Failure if one has none, or all together are not the
+/// whole.
 template <typename Row>
 void divide(std::vector<Row>& rows, std::uint32_t Row::*first, std::uint32_t Row::*count, std::size_t whole) {
   std::uint64_t end = 0;
   for (Row& row : rows) {
     row.*first = static_cast<std::uint32_t>(end);
     end += row.*count;
+    if (row.*count == 0) throw Failure("the surface has faces without edges, or the like");
     if (end > whole) break;
   }
   if (end != whole) throw Failure("the faces of the surface do not fit");
@@ -163,12 +166,38 @@ void check_indices(const Rows& rows, std::size_t end, const Index& index_of) {
 
 std::uint32_t highest(const std::array<std::uint32_t, 3>& corners) { return std::ranges::max(corners); }
 
-TriangleSurface read_triangles(Reader& reader) {
+void check_points(const std::vector<std::array<double, 3>>& points) {
+  for (const auto& point : points)
+    if (!std::ranges::all_of(point, [](double x) { return std::isfinite(x); }))
+      throw Failure("the surface has points that are nowhere");
+}
+
+/// @param parts how many the model has. @param lowest `no_part`, or Brep::outside.
+void check_part(std::int32_t part, std::int32_t parts, std::int32_t lowest = geometry::no_part) {
+  if (part < lowest || part >= parts) throw Failure("the surface is of part " + std::to_string(part) + ", parts are fewer than " +
+                  std::to_string(parts));
+}
+
+TriangleSurface read_triangles(Reader& reader, std::int32_t parts) {
   TriangleSurface surface;
   pass_triangles(reader, surface);
+  check_points(surface.points);
   check_indices(surface.triangles, surface.points.size(), highest);
   if (surface.owner.size() != surface.triangles.size()) throw Failure("the surface is incomplete");
+  for (const std::int32_t part : surface.owner) check_part(part, parts);
   return surface;
+}
+
+/// Each use is listed once, at its edge.
+void check_uses(const Brep& brep) {
+  std::vector<bool> is_listed(brep.uses.size());
+  for (std::uint32_t edge = 0; edge < brep.edges.size(); ++edge)
+    for (std::uint32_t i = 0; i < brep.edges[edge].count; ++i) {
+      const std::uint32_t use = brep.uses_of_edges[brep.edges[edge].first + i];
+      if (is_listed[use] || brep.uses[use].edge != edge) throw Failure("the edges of the surface do not fit");
+      is_listed[use] = true;
+    }
+  if (brep.uses_of_edges.size() != brep.uses.size()) throw Failure("the edges of the surface do not fit");
 }
 
 /// What follows from the order of the lists. @throws Failure if they do not fit.
@@ -190,7 +219,7 @@ void complete(Brep& brep) {
     }
 }
 
-Brep read_faces(hid_t file, Reader& reader) {
+Brep read_faces(hid_t file, Reader& reader, std::int32_t parts) {
   Brep brep;
   pass_faces(reader, brep);
   complete(brep);
@@ -203,6 +232,13 @@ Brep read_faces(hid_t file, Reader& reader) {
   check_indices(brep.face_of_triangle, faces, std::identity());
   if (brep.face_of_triangle.size() != brep.triangles.size() || !std::ranges::is_sorted(brep.face_of_triangle))
     throw Failure("the triangles of the faces do not fit");
+  check_points(brep.points);
+  check_uses(brep);
+  for (const Brep::Face& face : brep.faces) {
+    check_part(face.part, parts);
+    check_part(face.other, parts, Brep::outside);
+  }
+  for (const Brep::Solid& solid : brep.solids) check_part(solid.part, parts);
   const Handle group(H5Gopen2(file, faces_group, H5P_DEFAULT), H5Gclose);
   brep.is_closed = hdf5::read_attribute<std::uint32_t>(group, "closed") != 0;
   return brep;
@@ -244,6 +280,13 @@ void put_into(const fs::path& path, const TriangleSurface& surface, const Brep* 
 
 void snapshot::add_surface(const fs::path& path, const TriangleSurface& surface, const Brep* faces) {
   const fs::path unfinished = unfinished_name(path);
+  const struct Removed {
+    const fs::path& file;
+    ~Removed() {
+      std::error_code ignored;
+      fs::remove(file, ignored);
+    }
+  } removed{unfinished};  // unless it is in place
   std::string why;
   try {
     why = lack_of_room(path, fs::file_size(path) + room_for(surface, faces));
@@ -257,18 +300,17 @@ void snapshot::add_surface(const fs::path& path, const TriangleSurface& surface,
   } catch (const Failure& failure) {
     why = failure.what();
   }
-  if (why.empty()) return;
-  std::error_code ignored;
-  fs::remove(unfinished, ignored);
-  throw Error("cannot add the surface to the snapshot '" + path.string() + "': " + why);
+  if (!why.empty()) throw Error("cannot add the surface to the snapshot '" + path.string() + "': " + why);
 }
 
-std::optional<SnapshotSurface> snapshot::read_surface(const fs::path& path, bool with_faces) {
+std::optional<SnapshotSurface> snapshot::read_surface(const fs::path& path, std::int32_t parts,
+                                                      bool with_faces) {
   return of_file(path, [&](hid_t file) -> std::optional<SnapshotSurface> {
     if (H5Lexists(file, surface_group, H5P_DEFAULT) <= 0) return std::nullopt;
     Reader reader(file);
-    SnapshotSurface surface{read_triangles(reader), std::nullopt};
-    if (with_faces && H5Lexists(file, faces_group, H5P_DEFAULT) > 0) surface.faces = read_faces(file, reader);
+    SnapshotSurface surface{read_triangles(reader, parts), std::nullopt};
+    if (with_faces && H5Lexists(file, faces_group, H5P_DEFAULT) > 0)
+      surface.faces = read_faces(file, reader, parts);
     return surface;
   });
 }

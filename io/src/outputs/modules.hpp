@@ -61,7 +61,8 @@ struct Hdf5Module {
                             const std::function<bool(std::uint32_t region)>& wanted);
   void (*add_surface)(const std::filesystem::path& path, const geometry::TriangleSurface& surface,
                       const geometry::Brep* faces);
-  std::optional<SnapshotSurface> (*read_surface)(const std::filesystem::path& path, bool with_faces);
+  std::optional<SnapshotSurface> (*read_surface)(const std::filesystem::path& path, std::int32_t parts,
+                                                 bool with_faces);
   /// A file of arrays, and a text about them as its attribute `names`; it appears when it is complete.
   /// @throws Error if it cannot be written.
   void (*write_arrays)(const std::filesystem::path& path, const std::vector<Hdf5Array>& arrays,

@@ -100,10 +100,10 @@ void add_surface(const fs::path& path, const geometry::TriangleSurface& surface,
   hdf5_module().add_surface(path, surface, faces);
 }
 
-std::optional<SnapshotSurface> read_surface(const fs::path& path, bool with_faces) {
+std::optional<SnapshotSurface> read_surface(const fs::path& path, std::int32_t parts, bool with_faces) {
   check_snapshot_is_readable(path);
   const std::lock_guard lock(hdf5_mutex());
-  return hdf5_module().read_surface(path, with_faces);
+  return hdf5_module().read_surface(path, parts, with_faces);
 }
 
 }  // namespace bsp2::io

@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "tetrahedra/face_checks.hpp"
 
 namespace bsp2::meshing {
@@ -287,10 +288,9 @@ class DualMaker {
   }
   /// Of tetrahedra all around an edge.
   void add_faces_of_ring(std::vector<std::uint32_t>& ring, std::uint32_t a, std::uint32_t b) {
-    const auto begins_anew = [&, last = ring.back()](std::uint32_t t) mutable {
-      return is_parted(std::exchange(last, t), t, a, b);
-    };
-    const auto anew = std::ranges::find_if(ring, begins_anew);
+    auto anew = ring.begin();
+    for (std::uint32_t last = ring.back(); anew != ring.end() && !is_parted(last, *anew, a, b); ++anew)
+      last = *anew;
     const bool is_whole = anew == ring.end();
     if (!is_whole) std::rotate(ring.begin(), anew, ring.end());
     std::size_t begin = corners_.size();
@@ -426,9 +426,10 @@ class DualMaker {
 constexpr int most_rounds = 8;
 
 /// Where a cell has a wrong face its point is divided. @return whether any is that was not.
-bool divide(Divided& divided, const Complex& complex, const std::vector<std::uint32_t>& point_of_cell) {
+bool divide(Divided& divided, const Complex& complex, const std::vector<std::uint32_t>& wrong,
+            const std::vector<std::uint32_t>& point_of_cell) {
   bool is_new = false;
-  for (const std::uint32_t face : wrong_faces(complex))
+  for (const std::uint32_t face : wrong)
     for (const std::int32_t cell : {complex.owner[face], complex.neighbour[face]}) {
       if (cell == Complex::outside) continue;
       const std::uint32_t point = point_of_cell[static_cast<std::size_t>(cell)];
@@ -443,9 +444,12 @@ bool divide(Divided& divided, const Complex& complex, const std::vector<std::uin
 Dual dual_of(const Tetrahedra& mesh, std::span<const std::int32_t> group) {
   Divided divided(mesh.points.size());
   for (int round = 0;; ++round) {
+    geometry::Interruption::check();
     DualMaker maker(mesh, group, divided);
     Dual dual = maker.run();
-    if (round == most_rounds || !divide(divided, dual.complex, maker.points_of_cells())) return dual;
+    const auto wrong = wrong_faces(dual.complex);
+    dual.wrong_faces = wrong.size();
+    if (round == most_rounds || !divide(divided, dual.complex, wrong, maker.points_of_cells())) return dual;
   }
 }
 

@@ -1,5 +1,6 @@
 #include "loop/kept_boundary.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "bsp2/io/outputs/snapshot.hpp"
@@ -11,21 +12,22 @@ namespace bsp2::supersteps {
 namespace {
 
 /// What the master reads; nothing where the boundary has to be found anew.
-std::optional<TracedBoundary> read_boundary(const RunOptions& options) {
+std::optional<TracedBoundary> read_boundary(const RunOptions& options, std::int32_t parts) {
   const io::SnapshotHead head = io::read_snapshot(*options.resume, io::SnapshotPart::head).head;
   const bool has_all = head.has_surface && (head.has_faces || !options.faces);
   if (!has_all || !head.complete || !are_same_limits(head, options)) return std::nullopt;
-  auto surface = io::read_surface(*options.resume, options.faces);
+  auto surface = io::read_surface(*options.resume, parts, options.faces);
   return TracedBoundary{std::move(surface.value().triangles), std::move(surface->faces)};
 }
 
 }  // namespace
 
-std::optional<TracedBoundary> kept_boundary(Ranks& ranks, const RunOptions& options) {
+std::optional<TracedBoundary> kept_boundary(Ranks& ranks, const RunOptions& options, std::size_t parts) {
   if (!options.resume || !options.boundary || !options.collect_cells || options.contacts) return std::nullopt;
   std::optional<TracedBoundary> kept;
   ranks.agree([&] {
-    if (ranks.is_master()) kept = read_boundary(options);
+    if (ranks.is_master())
+      kept = read_boundary(options, static_cast<std::int32_t>(std::max<std::size_t>(1, parts)));
   });
   bool is_kept = kept.has_value();
   if (ranks.count() > 1) broadcast(ranks, is_kept);

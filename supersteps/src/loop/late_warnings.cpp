@@ -14,9 +14,9 @@ bool is_empty(const RunReport& report) {
 
 std::string why_nothing_is_in(const RunReport& report) {
   if (report.fuzzy_cells == 0) return "the solid is empty";
-  return counted(report.fuzzy_cells,
-                 "no cell is IN: what may be solid is in # FUZZY cell[s], and has no surface yet; a smaller "
-                 "tolerance or a higher level decides more");
+  return counted(report.fuzzy_cells, "no cell is IN, what may be solid is in # FUZZY cell[s]; ") +
+         (report.complete ? "a smaller tolerance or a higher level decides more"
+                          : "the run is not complete, and going on decides more");
 }
 
 std::vector<std::string> late_warnings(const RunReport& report, const Source& source,

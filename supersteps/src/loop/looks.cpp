@@ -27,7 +27,8 @@ void Looks<D>::find_rounds() {
 
 template <int D>
 void Looks<D>::add_to(RunResult& result, const std::vector<std::int32_t>& rank_of_region) {
-  if (std::exchange(wants_rounds_, false)) find_rounds();
+  if (wants_rounds_) find_rounds();
+  wants_rounds_ = false;
   result.rank_of_region = rank_of_region;
   for (const auto& colour : network_.colours) result.colour_of_primitive.push_back(rounded(colour));
   for (const auto& part : network_.parts) result.part_names.push_back(part.name);

@@ -432,6 +432,24 @@ void check_same_model(Ranks& ranks, const dataflow::Network<D>& network, const s
                 "differ there");
 }
 
+void tell_of_refinement(RunReport& report, const RunOptions& options) {
+  report.tolerance = options.tolerance;
+  report.tolerance_by_place = options.tolerance_shares != nullptr;
+  report.angle = options.angle;
+  report.eye = options.eye;
+}
+
+/// As if a step had ended. Collective.
+template <int D>
+StepEnd before_first_step(Ranks& ranks, const Progress<D>& progress, const RunOptions& options) {
+  StepEnd end{.stopped = true, .last = options.steps == 0U};
+  if (end.last) end.stopped = !is_nothing_left(ranks, progress);
+  if (options.cells)
+    for (const std::uint64_t cells : all_gather(ranks, cells_now(progress, options.keep_out)))
+      end.cells += cells;
+  return end;
+}
+
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
@@ -440,12 +458,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   const dataflow::Network<D>& network = *held;
   check_same_model(ranks, network, report.model);
   limit_refinement(network, options);
-  if (network.is_round()) {
-    report.tolerance = options.tolerance;
-    report.tolerance_by_place = options.tolerance_shares != nullptr;
-    report.angle = options.angle;
-    report.eye = options.eye;
-  }
+  if (network.is_round()) tell_of_refinement(report, options);
   report.warnings.insert(report.warnings.end(), network.warnings.begin(), network.warnings.end());
   if (options.strict) refuse_warnings(report.warnings);
 
@@ -454,7 +467,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
 
   std::optional<TracedBoundary> traced;
   if constexpr (D == 3)
-    traced = options.resume ? kept_boundary(ranks, options)
+    traced = options.resume ? kept_boundary(ranks, options, network.parts.size())
                             : boundary_before_cells(ranks, *own, options, report.threads);
   if (options.resume && traced && is_boundary_enough(options)) options.collect_cells = false;
 
@@ -473,11 +486,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   bool is_saved = false;                         // by this run, as it is now
   std::optional<FailedOutput> frame_failure;     // of the first one
   bool saves_late = false;                       // when it is sure that nothing is refused
-  StepEnd end{.stopped = true, .last = options.steps == 0U};
-  if (end.last) end.stopped = !is_nothing_left(ranks, progress);
-  if (options.cells)
-    for (const std::uint64_t cells : all_gather(ranks, cells_now(progress, options.keep_out)))
-      end.cells += cells;
+  StepEnd end = before_first_step(ranks, progress, options);
   for (unsigned step = 0; !end.last; ++step) {
     ranks.begin("computation", progress.steps);
     if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
@@ -531,10 +540,11 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if (options.strict) {
     resolve(ranks, network, progress, std::exchange(to_glue, {}), std::exchange(traced, {}), options, result);
     refuse_late_warnings(ranks, result.report, source, options);
-    if (saves_late)
+    if (saves_late) {
       snapshot_failure = try_to_save(ranks, network, progress, options, source, result.report.complete,
                                      result.report.earlier);
-    is_saved = is_saved || (saves_late && !snapshot_failure);
+      is_saved = !snapshot_failure;
+    }
   }
   if (snapshot_failure) result.report.failed.push_back(*snapshot_failure);
   if (options.can_be_asked && options.collect_cells && result.is_collected && ranks.is_master())
@@ -547,7 +557,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if (!options.strict)
     resolve(ranks, network, progress, std::move(to_glue), std::move(traced), options, result);
   if (D == 3 && options.boundary && is_saved && result.report.complete)
-    keep_boundary(ranks, options, progress.steps, result);
+    keep_boundary(ranks, options, std::max(1U, progress.steps) - 1, result);
   return result;
 }
 

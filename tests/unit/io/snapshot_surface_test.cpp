@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <limits>
 #include <random>
 
 #include "bsp2/geometry/support/error.hpp"
@@ -49,6 +51,8 @@ std::string refusal_of(const Body& body) {
   return {};
 }
 
+constexpr std::int32_t parts = 5;
+
 /// Numbers of anything, but all within what they count.
 geometry::TriangleSurface random_surface(std::mt19937& random, std::uint32_t points) {
   geometry::TriangleSurface surface;
@@ -57,7 +61,7 @@ geometry::TriangleSurface random_surface(std::mt19937& random, std::uint32_t poi
   for (std::uint32_t i = 0; i < points; ++i) {
     surface.points.push_back({number(), number(), number()});
     surface.triangles.push_back({corner(), corner(), corner()});
-    surface.owner.push_back(static_cast<std::int32_t>(random()));
+    surface.owner.push_back(static_cast<std::int32_t>(random() % (parts + 1)) - 1);
   }
   return surface;
 }
@@ -69,11 +73,11 @@ void expect_same(const geometry::TriangleSurface& a, const geometry::TriangleSur
 }
 
 TEST_F(SnapshotOfASurface, HasTheLastOne) {
-  EXPECT_FALSE(read_surface(path_, true));
+  EXPECT_FALSE(read_surface(path_, parts, true));
   for (const std::uint32_t points : {0U, 1U, 70000U, 20U}) {
     const auto surface = random_surface(random_, points);
     add_surface(path_, surface, nullptr);
-    const auto found = read_surface(path_, true);
+    const auto found = read_surface(path_, parts, true);
     ASSERT_TRUE(found);
     expect_same(found->triangles, surface);
     EXPECT_FALSE(found->faces);
@@ -83,7 +87,7 @@ TEST_F(SnapshotOfASurface, HasTheLastOne) {
     EXPECT_EQ(files(), 1);
   }
   write();
-  EXPECT_FALSE(read_surface(path_, true));
+  EXPECT_FALSE(read_surface(path_, parts, true));
 }
 
 TEST_F(SnapshotOfASurface, WithoutRoomForItStaysAsItIs) {
@@ -103,20 +107,66 @@ TEST_F(SnapshotOfASurface, RefusesOneThatDoesNotFit) {
   auto surface = random_surface(random_, 10);
   surface.triangles[3][1] = 10;
   add_surface(path_, surface, nullptr);
-  EXPECT_NE(refusal_of([&] { read_surface(path_, false); }).find("beyond its end"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { read_surface(path_, parts, false); }).find("beyond its end"), std::string::npos);
   surface.triangles[3][1] = 9;
   surface.owner.pop_back();
   add_surface(path_, surface, nullptr);
-  EXPECT_NE(refusal_of([&] { read_surface(path_, false); }).find("incomplete"), std::string::npos);
-  // Faces whose loops are more than there are.
-  surface.owner.push_back(0);
+  EXPECT_NE(refusal_of([&] { read_surface(path_, parts, false); }).find("incomplete"), std::string::npos);
+  for (const std::int32_t part : {-2, parts, 1 << 30}) {
+    surface.owner.resize(9);
+    surface.owner.push_back(part);
+    add_surface(path_, surface, nullptr);
+    EXPECT_NE(refusal_of([&] { read_surface(path_, parts, false); }).find("parts"), std::string::npos)
+        << part;
+  }
+  surface.owner.back() = 0;
+  surface.points[2][1] = std::numeric_limits<double>::infinity();
+  add_surface(path_, surface, nullptr);
+  EXPECT_NE(refusal_of([&] { read_surface(path_, parts, false); }).find("nowhere"), std::string::npos);
+}
+
+/// A triangle, seen from both sides.
+geometry::Brep two_faces() {
   geometry::Brep faces;
-  faces.points = surface.points;
-  faces.faces.resize(2);
-  faces.faces[1].loops = 1;
-  add_surface(path_, surface, &faces);
-  EXPECT_NE(refusal_of([&] { read_surface(path_, true); }).find("do not fit"), std::string::npos);
-  expect_same(read_surface(path_, false)->triangles, surface);
+  faces.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  faces.edges = {{{0, 1}, 0, 2}, {{0, 2}, 2, 2}, {{1, 2}, 4, 2}};
+  faces.faces = {{{0, 0, 1}, 0, 0, geometry::Brep::outside, 0, 1}, {{0, 0, -1}, 0, 0, -2, 1, 1}};
+  faces.loops = {{0, 3}, {3, 3}};
+  for (const std::uint32_t face : {0U, 1U})
+    for (const std::uint32_t edge : {0U, 2U, 1U})
+      faces.uses.push_back({edge, face, (face == 0) != (edge == 1), 0});
+  faces.uses_of_edges = {0, 3, 2, 5, 1, 4};
+  faces.shells = {{0, 0, 0, 2, false, 0}};
+  faces.faces_of_shells = {{0, false}, {1, false}};
+  faces.solids = {{0, 0, 1, 0}};
+  faces.triangles = {{0, 1, 2}, {0, 2, 1}};
+  faces.face_of_triangle = {0, 1};
+  return faces;
+}
+
+TEST_F(SnapshotOfASurface, RefusesFacesThatDoNotFit) {
+  using geometry::Brep;
+  const auto surface = random_surface(random_, 10);
+  const auto refused = [&](const std::function<void(Brep&)>& damage) {
+    Brep faces = two_faces();
+    damage(faces);
+    add_surface(path_, surface, &faces);
+    expect_same(read_surface(path_, parts, false)->triangles, surface);
+    return !refusal_of([&] { read_surface(path_, parts, true); }).empty();
+  };
+  EXPECT_FALSE(refused([](Brep&) {}));
+  EXPECT_TRUE(refused([](Brep& faces) { faces.faces[1].loops = 2; })) << "more loops than there are";
+  EXPECT_TRUE(refused([](Brep& faces) { faces.faces[0].loops = 2, faces.faces[1].loops = 0; }));
+  EXPECT_TRUE(refused([](Brep& faces) { faces.loops[0].uses = 6, faces.loops[1].uses = 0; }));
+  EXPECT_TRUE(refused([](Brep& faces) { faces.solids[0].shells = 0; }));
+  EXPECT_TRUE(refused([](Brep& faces) { faces.shells[0].count = 0; }));
+  EXPECT_TRUE(refused([](Brep& faces) { std::swap(faces.uses_of_edges[0], faces.uses_of_edges[2]); }));
+  EXPECT_TRUE(refused([](Brep& faces) { faces.uses_of_edges[1] = 0; })) << "one use twice";
+  EXPECT_TRUE(refused([](Brep& faces) { faces.uses[4].edge = 3; }));
+  EXPECT_TRUE(refused([](Brep& faces) { faces.faces[0].part = parts; }));
+  EXPECT_TRUE(refused([](Brep& faces) { faces.faces[0].other = -3; }));
+  EXPECT_TRUE(refused([](Brep& faces) { faces.solids[0].part = Brep::outside; }));
+  EXPECT_TRUE(refused([](Brep& faces) { faces.points[0][0] = std::numeric_limits<double>::quiet_NaN(); }));
 }
 
 }  // namespace

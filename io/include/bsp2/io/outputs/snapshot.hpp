@@ -140,8 +140,9 @@ struct SnapshotSurface {
 void add_surface(const std::filesystem::path& path, const geometry::TriangleSurface& surface,
                  const geometry::Brep* faces);
 
-/// @return none if the snapshot has no surface. @param with_faces whether these are read, if they are there.
-/// @throws bsp2::Error as read_snapshot.
-std::optional<SnapshotSurface> read_surface(const std::filesystem::path& path, bool with_faces);
+/// @return none if the snapshot has no surface. @param parts how many the model has: others are refused.
+/// @param with_faces whether these are read, if they are there. @throws bsp2::Error as read_snapshot.
+std::optional<SnapshotSurface> read_surface(const std::filesystem::path& path, std::int32_t parts,
+                                            bool with_faces);
 
 }  // namespace bsp2::io

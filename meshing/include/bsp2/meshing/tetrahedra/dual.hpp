@@ -20,7 +20,8 @@ struct Dual {
   /// tell of the others alone.
   Complex complex;
   std::vector<std::uint32_t>
-      triangle_of_face;  ///< one of those that it lies on; none between cells of a part
+      triangle_of_face;         ///< one of those that it lies on; none between cells of a part
+  std::size_t wrong_faces = 0;  ///< that are turned or skew all the same
 };
 
 /// Cells about the points, with corners in the middles of tetrahedra. What bounds the parts stays where it

@@ -50,11 +50,12 @@ struct RunOptions {
   std::shared_ptr<const std::string> text;
   /// What was read of that text already, without `curved`: it need not be read again. Of this rank.
   std::shared_ptr<const model::Model> read;
-  unsigned threads = 0;                  ///< of each rank; 0: one a core
-  std::optional<unsigned> regions;       ///< rounded up to a power of two; none: by the model
-  std::optional<unsigned> most_regions;  ///< by the model, but no more than so many: a power of two
-  double coincidence = 1e-9;             ///< hyperplanes closer than this share of the bounding box are one
-  bool curved = false;                   ///< spheres, cylinders and circles of the text are truly round
+  unsigned threads = 0;             ///< of each rank; 0: one a core
+  std::optional<unsigned> regions;  ///< rounded up to a power of two; none: by the model
+  std::optional<unsigned>
+      most_regions;              ///< by the model, but no more than so many, rounded down to a power of two
+  double coincidence = 1e-9;     ///< hyperplanes closer than this share of the bounding box are one
+  bool curved = false;           ///< spheres, cylinders and circles of the text are truly round
   bool parts_by_colour = false;  ///< each colour is a part, called like it; else each `part` node is one
   Order order = Order::depth;
   std::vector<double> eye;  ///< D numbers: with Order::priority, what looks largest from here is refined
@@ -73,7 +74,8 @@ struct RunOptions {
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                                 ///< false: only measures, no mesh is held
   /// Of a solid of dimension 3 nothing is wanted but `boundary` and measures: where its surface can be found
-  /// without cells, none are made. Limits and steps are ignored there.
+  /// without cells, none are made; limits and steps are ignored there. With `resume` none are read if the
+  /// snapshot holds the surface within the same limits.
   bool surface_only = false;
   /// Beside cells, `boundary` is found without them where that is known to take less than gluing them. It is
   /// the same.
