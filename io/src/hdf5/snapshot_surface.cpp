@@ -174,7 +174,8 @@ void check_points(const std::vector<std::array<double, 3>>& points) {
 
 /// @param parts how many the model has. @param lowest `no_part`, or Brep::outside.
 void check_part(std::int32_t part, std::int32_t parts, std::int32_t lowest = geometry::no_part) {
-  if (part < lowest || part >= parts) throw Failure("the surface is of part " + std::to_string(part) + ", parts are fewer than " +
+  if (part < lowest || part >= parts)
+    throw Failure("the surface is of part " + std::to_string(part) + ", parts are fewer than " +
                   std::to_string(parts));
 }
 

@@ -312,6 +312,24 @@ std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>
   return failed;
 }
 
+/// The snapshot that a run writes.
+struct Saving {
+  std::optional<FailedOutput> failure;  // of the last time
+  bool is_saved = false;                // by this run, as it is now
+  double seconds = 0;                   // that the last time took
+
+  /// Collective.
+  template <int D>
+  void save(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress,
+            const RunOptions& options, const Source& source, bool complete,
+            const std::vector<SuperstepRecord>& earlier) {
+    const auto start = Clock::now();
+    failure = try_to_save(ranks, network, progress, options, source, complete, earlier);
+    seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    is_saved = !failure;
+  }
+};
+
 /// Glues the cells, if that is asked for and the boundary is not known already; what cannot be glued is told
 /// in the report. Collective.
 template <int D>
@@ -450,6 +468,13 @@ StepEnd before_first_step(Ranks& ranks, const Progress<D>& progress, const RunOp
   return end;
 }
 
+/// Hands the cells to whoever wants them now, and gives them up.
+void give_cells(const RunOptions& options, RunResult& result) {
+  options.on_cells(result);
+  result.mesh.batches.clear();
+  result.tree = geometry::BspTree{.dimension = result.report.dimension};
+}
+
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
@@ -481,16 +506,14 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   const std::unique_ptr<CellStream> streamed = stream_of(ranks, options, progress.meshes);
   CellStream* const stream = streamed.get();
 
-  double snapshot_seconds = 0;
-  std::optional<FailedOutput> snapshot_failure;  // of the last one
-  bool is_saved = false;                         // by this run, as it is now
-  std::optional<FailedOutput> frame_failure;     // of the first one
-  bool saves_late = false;                       // when it is sure that nothing is refused
+  Saving saving;
+  std::optional<FailedOutput> frame_failure;  // of the first one
+  bool saves_late = false;                    // when it is sure that nothing is refused
   StepEnd end = before_first_step(ranks, progress, options);
   for (unsigned step = 0; !end.last; ++step) {
     ranks.begin("computation", progress.steps);
     if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
-    RunOptions of_step = options_of_step(options, snapshot_seconds);
+    RunOptions of_step = options_of_step(options, saving.seconds);
     steer(ranks, options, progress.steps, D, of_step);
     const bool stopped =
         advance(ranks, network, progress, rank_of_region, of_step, end.cells, report.threads, stream);
@@ -498,12 +521,8 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     end = end_of_step(ranks, options, progress, stopped, step + 1);
     saves_late = options.strict && options.snapshot && end.last && !end.interrupted &&
                  is_nothing_left(ranks, progress);
-    if (options.snapshot && !saves_late) {
-      const auto start = Clock::now();
-      snapshot_failure = try_to_save(ranks, network, progress, options, source, !end.stopped, report.earlier);
-      snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      is_saved = !snapshot_failure;
-    }
+    if (options.snapshot && !saves_late)
+      saving.save(ranks, network, progress, options, source, !end.stopped, report.earlier);
     if (options.on_frame && !end.interrupted) {
       auto failed = show_frame(ranks, network, progress, looks, options, report.threads, rank_of_region);
       if (failed && !frame_failure) frame_failure = std::move(failed);
@@ -520,7 +539,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   report.interrupted = end.interrupted;
   RunResult result;
   if (end.interrupted) {
-    if (snapshot_failure) report.failed.push_back(*snapshot_failure);
+    if (saving.failure) report.failed.push_back(*saving.failure);
     result.report = std::move(report);
     return result;
   }
@@ -540,23 +559,16 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if (options.strict) {
     resolve(ranks, network, progress, std::exchange(to_glue, {}), std::exchange(traced, {}), options, result);
     refuse_late_warnings(ranks, result.report, source, options);
-    if (saves_late) {
-      snapshot_failure = try_to_save(ranks, network, progress, options, source, result.report.complete,
-                                     result.report.earlier);
-      is_saved = !snapshot_failure;
-    }
+    if (saves_late)
+      saving.save(ranks, network, progress, options, source, result.report.complete, result.report.earlier);
   }
-  if (snapshot_failure) result.report.failed.push_back(*snapshot_failure);
+  if (saving.failure) result.report.failed.push_back(*saving.failure);
   if (options.can_be_asked && options.collect_cells && result.is_collected && ranks.is_master())
     result.asked = asked<D>(held, progress.partition, result.report.threads);
-  if (options.on_cells) {
-    options.on_cells(result);
-    result.mesh.batches.clear();
-    result.tree = geometry::BspTree{.dimension = D};
-  }
+  if (options.on_cells) give_cells(options, result);
   if (!options.strict)
     resolve(ranks, network, progress, std::move(to_glue), std::move(traced), options, result);
-  if (D == 3 && options.boundary && is_saved && result.report.complete)
+  if (D == 3 && options.boundary && saving.is_saved && result.report.complete)
     keep_boundary(ranks, options, std::max(1U, progress.steps) - 1, result);
   return result;
 }
