@@ -173,9 +173,10 @@ TEST(Outputs, ThatCannotBeWrittenEndAllBeforeTheWork) {
 TEST(Outputs, AreNotWrittenWhenTheyAreEnded) {
   const samples::TemporaryFolder folder;
   std::vector<Expression> balls;  // whose surface takes some tenths of a second
-  for (int i = 0; i < 80; ++i)
-    balls.push_back(
-        sphere(1, {.fn = 24}).translate({1.3 * (i % 5) + 0.01 * i, 1.3 * (i / 5 % 4), 1.3 * (i / 20)}));
+  for (int i = 0; i < 80; ++i) {
+    const int x = i % 5, y = i / 5 % 4, z = i / 20;
+    balls.push_back(sphere(1, {.fn = 24}).translate({1.3 * x + 0.01 * i, 1.3 * y, 1.3 * z}));
+  }
   Options whole{.threads = 1, .outputs_only = true};
   whole.snapshot = folder.path() / "s.h5";
   evaluate(unite(balls), whole);

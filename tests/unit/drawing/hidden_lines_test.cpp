@@ -287,7 +287,7 @@ TEST(HiddenLines, OfPartsAreThoseOfAll) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Random random(seed);
     const Brep brep = brep_of(dataflow::random_expression(random, 3, Kind::solids, 3));
-    const auto sorted = [](std::vector<Piece> pieces) {
+    const auto sorted = [](const std::vector<Piece>& pieces) {
       std::vector<std::tuple<Point2, Point2, LineKind>> all;
       for (const Piece& piece : pieces) all.emplace_back(piece.from, piece.to, piece.kind);
       std::sort(all.begin(), all.end());
