@@ -280,7 +280,10 @@ CadMesh mesh_of(const TopoDS_Shape& shape, const ReadRequest& request) {
   if (mesh.faces_lost == 0) return mesh;
   try {
     ShapeFix_Shape fix(shape);
-    fix.Perform();
+    {
+      const MendingLimit limit(request.path);
+      fix.Perform();
+    }
     CadMesh mended = Mesher().run(fix.Shape(), request);
     const bool has_all = count_of_faces(fix.Shape()) >= count_of_faces(shape);
     return has_all && mended.faces_lost < mesh.faces_lost ? mended : mesh;

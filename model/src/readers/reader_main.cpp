@@ -29,12 +29,23 @@ void limit(int resource, rlim_t most, rlim_t hard) {
 rlim_t seconds_to_read(rlim_t megabytes) { return 10 + 20 * megabytes; }
 rlim_t seconds_for_all(rlim_t megabytes) { return 900 + 60 * megabytes; }
 
+rlim_t size_of(const std::string& path) {
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(path, unknown);
+  return unknown ? 0 : static_cast<rlim_t>(size);
+}
+
+/// Of the processor, by this process.
+rlim_t seconds_taken() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<rlim_t>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec);
+}
+
 /// Far above what a sound file of this size takes, about 30 times its bytes: a damaged one does not fill the
 /// machine, nor run for ever.
 void limit_process(const std::string& path) {
-  std::error_code unknown;
-  const auto size = std::filesystem::file_size(path, unknown);
-  const rlim_t bytes = unknown ? 0 : static_cast<rlim_t>(size), memory = (rlim_t{1} << 30) + 100 * bytes;
+  const rlim_t bytes = size_of(path), memory = (rlim_t{1} << 30) + 100 * bytes;
   limit(RLIMIT_DATA, memory, memory);
   limit(RLIMIT_CPU, seconds_to_read(bytes >> 20), seconds_for_all(bytes >> 20));
   limit(RLIMIT_CORE, 0, 0);
@@ -50,6 +61,11 @@ void file_is_read() {
   now.rlim_cur = now.rlim_max;
   ::setrlimit(RLIMIT_CPU, &now);
 }
+
+MendingLimit::MendingLimit(const std::string& path) {
+  limit(RLIMIT_CPU, seconds_taken() + seconds_to_read(size_of(path) >> 20), RLIM_INFINITY);
+}
+MendingLimit::~MendingLimit() { file_is_read(); }
 
 int read_for_model(int argc, char** argv, void (*read)(const ReadRequest& request, PartsWriter& parts)) {
   if (argc != 6) {

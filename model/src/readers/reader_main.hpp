@@ -20,4 +20,14 @@ int read_for_model(int argc, char** argv, void (*read)(const ReadRequest& reques
 /// What is left to do may take long: it depends on what is asked for, no more on what is in the file alone.
 void file_is_read();
 
+/// For as long as it lives no more than what a file of its size may take is left to the process, as while it
+/// was read: of what a library does to mend what is damaged, which may not end.
+class MendingLimit {
+ public:
+  explicit MendingLimit(const std::string& path);
+  ~MendingLimit();
+  MendingLimit(const MendingLimit&) = delete;
+  MendingLimit& operator=(const MendingLimit&) = delete;
+};
+
 }  // namespace bsp2::model
