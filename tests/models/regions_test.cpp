@@ -2,8 +2,6 @@
 // jobs.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "models.hpp"
+#include "support/printed.hpp"
 #include "support/random_text.hpp"
 #include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"
@@ -24,14 +23,7 @@ class Program {
  public:
   /// What it prints, with an exit code of 0.
   std::string operator()(const std::string& arguments) const {
-    const std::string command = std::string(BSP2_PROGRAM) + " " + arguments + " 2>&1";
-    std::FILE* pipe = popen(command.c_str(), "r");
-    std::string text;
-    std::array<char, 4096> buffer;
-    while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe))
-      text.append(buffer.data(), count);
-    EXPECT_EQ(pclose(pipe), 0) << command << "\n" << text;
-    return text;
+    return samples::printed(std::string(BSP2_PROGRAM) + " " + arguments);
   }
   [[nodiscard]] std::string digest(const std::string& arguments) const {
     const std::string text = (*this)(arguments);
