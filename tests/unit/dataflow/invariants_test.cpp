@@ -9,6 +9,7 @@
 #include "dataflow/oracle.hpp"
 #include "geometry/cell_samples.hpp"
 #include "support/dimension_types.hpp"
+#include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -200,7 +201,7 @@ TYPED_TEST_SUITE(Invariants, samples::Dimensions);
 
 TYPED_TEST(Invariants, HoldForRandomBoxesOnTheGrid) {
   constexpr int D = TypeParam::value;
-  const int rounds = D <= 2 ? 300 : D == 3 ? 150 : D == 4 ? 20 : D == 5 ? 6 : 2;
+  const int rounds = samples::rounds(D <= 2 ? 300 : D == 3 ? 150 : D == 4 ? 20 : D == 5 ? 6 : 2);
   for (int round = 0; round < rounds; ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -213,7 +214,7 @@ TYPED_TEST(Invariants, HoldForRandomBoxesOnTheGrid) {
 
 TYPED_TEST(Invariants, HoldForRandomSolids) {
   constexpr int D = TypeParam::value;
-  const int rounds = D <= 2 ? 300 : D == 3 ? 300 : D == 4 ? 10 : 2;
+  const int rounds = samples::rounds(D <= 2 ? 300 : D == 3 ? 300 : D == 4 ? 10 : 2);
   for (int round = 0; round < rounds; ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -225,7 +226,7 @@ TYPED_TEST(Invariants, HoldForRandomSolids) {
 
 TYPED_TEST(Invariants, VolumesOfGridBoxesAreCounts) {
   constexpr int D = TypeParam::value;
-  const int rounds = D <= 3 ? 200 : D == 4 ? 30 : D == 5 ? 6 : 2;
+  const int rounds = samples::rounds(D <= 3 ? 200 : D == 4 ? 30 : D == 5 ? 6 : 2);
   for (int round = 0; round < rounds; ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -243,7 +244,7 @@ TYPED_TEST(Invariants, VolumesOfGridBoxesAreCounts) {
 
 TYPED_TEST(Invariants, InclusionExclusionAndDeMorgan) {
   constexpr int D = TypeParam::value;
-  const int rounds = D <= 3 ? 60 : D == 4 ? 5 : 1;
+  const int rounds = samples::rounds(D <= 3 ? 60 : D == 4 ? 5 : 1);
   for (int round = 0; round < rounds; ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);

@@ -168,7 +168,7 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnBoxesTurnedByTinyAngles) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   Seen seen;
-  const int rounds = D <= 3 ? 40 : D == 4 ? 16 : D == 5 ? 6 : 3;
+  const int rounds = samples::rounds(D <= 3 ? 40 : D == 4 ? 16 : D == 5 ? 6 : 3);
   for (int round = 0; round < rounds; ++round) {
     // All boxes have a corner in one common point p; they are turned about it by 1e-3 ... 1e-30 and scaled by
     // powers of two, some mirrored: D + many hyperplanes pass almost, or exactly, through p.
@@ -200,7 +200,7 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnBoxesTurnedByTinyAngles) {
     check_rounded(model, random, 3);
     if (testing::Test::HasFatalFailure()) return;
   }
-  EXPECT_GT(seen.sides, 50U);
+  EXPECT_GT(seen.sides, samples::rounds(50U));
   if (D > 1) {
     EXPECT_GT(seen.exact, seen.sides / 50);
     EXPECT_GT(seen.on, 0U);
@@ -214,7 +214,7 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnHyperplanesThroughTheEdgesOfOthers) {
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
     Seen seen;
-    for (int round = 0; round < (D <= 3 ? 40 : 20); ++round) {
+    for (int round = 0; round < samples::rounds(D <= 3 ? 40 : 20); ++round) {
       // Boxes with an edge (of D - 2 dimensions) in common, about which they are turned; one of them is a
       // step of the grid beside it.
       std::array<double, D> lower, upper;
@@ -236,8 +236,8 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnHyperplanesThroughTheEdgesOfOthers) {
       check_vertices(model, random, D <= 3 ? 60 : 15, 12, seen);
       if (testing::Test::HasFatalFailure()) return;
     }
-    EXPECT_GT(seen.on, 50U);
-    EXPECT_GT(seen.exact_off, 5U);
+    EXPECT_GT(seen.on, samples::rounds(50U));
+    EXPECT_GT(seen.exact_off, samples::rounds(5U));
   }
 }
 
@@ -420,7 +420,7 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnRandomBoxesOfAllSizes) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   Seen seen;
-  const int rounds = D <= 3 ? 30 : D == 4 ? 12 : D == 5 ? 5 : 2;
+  const int rounds = samples::rounds(D <= 3 ? 30 : D == 4 ? 12 : D == 5 ? 5 : 2);
   for (int round = 0; round < rounds; ++round) {
     const double size = std::pow(10.0, uniform(random, -12, 12));
     std::array<double, D> lower, upper;
@@ -434,7 +434,7 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnRandomBoxesOfAllSizes) {
     check_rounded(model, random, 3);
     if (testing::Test::HasFatalFailure()) return;
   }
-  EXPECT_GT(seen.sides, 20U);
+  EXPECT_GT(seen.sides, samples::rounds(20U));
 }
 
 std::int64_t coordinate(Random& random, int bits) {

@@ -360,7 +360,7 @@ TYPED_TEST(Split, YieldsPolytopesForRandomlyPlacedBoxes) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   Checks<D> checks{false};
-  const int rounds = D <= 2 ? 60 : D == 3 ? 20 : D == 4 ? 12 : D == 5 ? 3 : 1;
+  const int rounds = samples::rounds(D <= 2 ? 60 : D == 3 ? 20 : D == 4 ? 12 : D == 5 ? 3 : 1);
   for (int round = 0; round < rounds; ++round) {
     checks.rational = D <= 3 && round % 4 == 0;
     std::array<double, D> lower, upper;
@@ -396,7 +396,7 @@ TYPED_TEST(Split, YieldsPolytopesWhereHyperplanesMeetVerticesAndEdges) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   Checks<D> checks{false};
-  const int rounds = D <= 2 ? 80 : D == 3 ? 40 : D == 4 ? 12 : D == 5 ? 3 : 1;
+  const int rounds = samples::rounds(D <= 2 ? 80 : D == 3 ? 40 : D == 4 ? 12 : D == 5 ? 3 : 1);
   for (int round = 0; round < rounds; ++round) {
     checks.rational = D <= 3 && round % 4 == 0;
     std::array<double, D> lower, upper;
@@ -436,7 +436,7 @@ TYPED_TEST(Split, CutsAPlacedBoxOutOfTheRootCellWithTheMomentsOfTheFormula) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  const int rounds = D <= 3 ? 100 : D == 4 ? 20 : D == 5 ? 4 : 1;
+  const int rounds = samples::rounds(D <= 3 ? 100 : D == 4 ? 20 : D == 5 ? 4 : 1);
   for (int round = 0; round < rounds; ++round) {
     Matrix<D> m{};
     for (int i = 0; i < D; ++i) {
