@@ -568,11 +568,15 @@ export class Stage {
     return hits;
   }
 
-  /** What was picked, in what has come in the place of its piece or region: the same ray meets the same face there. */
+  /**
+   * What was picked, in what has come in the place of its piece or region: the same ray meets the same face there. Of voxels it is what
+   * the ray meets first; null if that is nothing.
+   */
   pickedAnew(picked) {
     const item = (picked.item.kind === 'piece' ? this.pieces : this.regions).get(picked.item.number);
     if (!item || item === picked.item || picked.kind === 'section' || !item.solid?.visible) return picked;
     const hits = this.hitsOf(picked.ray, [item.solid]).filter(({ point }) => this.isKept(point)).map((hit) => this.describe(hit));
+    if (picked.item.message.voxels) return item.message.voxels ? picked : hits[0] ? Object.assign(hits[0], { ray: picked.ray }) : null;
     const same = hits.find(({ face, volume }) => (item.kind === 'piece' ? face === picked.face : volume === picked.volume));
     return same ? Object.assign(same, { ray: picked.ray }) : { ...picked, item, triangles: null };
   }

@@ -127,6 +127,7 @@ function selectPart(part) {
 }
 
 function describe(picked, title) {
+  if (picked.item.message.voxels) return [element('h3', { textContent: title }), element('p', { className: 'quiet', textContent: 'Looking nearer ...' })];
   const part = stage.model.parts[picked.part];
   const rows = [['part', stage.model.parts.length > 0 ? nameOf(picked.part) : null], ['part volume', part?.volume === undefined ? null : number(part.volume)]];
   if (picked.kind === 'face') rows.push(['face', picked.face], ['face area', number(picked.area)], ['piece volume', picked.solidVolume === undefined ? null : number(picked.solidVolume)]);
@@ -152,7 +153,7 @@ function showSelection() {
   }
   const kinds = { face: 'Face', cell: 'Cell', section: 'Section' };
   const shown = picks.flatMap((picked, i) => describe(picked, picks.length > 1 ? `${i + 1}: ${kinds[picked.kind]}` : kinds[picked.kind]));
-  if (picks.length === 2) {
+  if (picks.length === 2 && !picks.some(({ item }) => item.message.voxels)) {
     const [a, b] = picks;
     const d = b.point.clone().sub(a.point);
     const angle = THREE.MathUtils.radToDeg(a.normal.angleTo(b.normal));
@@ -369,7 +370,7 @@ addEventListener('hashchange', () => { recall(); setHidden(stage.hidden); });
 function renewPicks() {
   const anew = picks.map((picked) => stage.pickedAnew(picked));
   const isOther = anew.some((picked, i) => picked !== picks[i]);
-  picks = anew;
+  picks = anew.filter((picked) => picked !== null);
   if (isOther) showSelection();
   else if (selectedPart !== null) stage.select(picks, selectedPart);
 }

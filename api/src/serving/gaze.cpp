@@ -69,6 +69,17 @@ bool are_outside(const std::array<Corner, 8>& corners) {
   return false;
 }
 
+/// The level of what may have so many triangles.
+/// @param seen the one whose step is as small as can be seen.
+int level_with(const Detail& detail, int seen, double most, bool has_voxels) {
+  const int first = std::clamp(std::min(seen, detail.whole), detail.finest, detail.coarsest);
+  constexpr int most_levels = 1;  // above that of half a pixel: a pixel
+  int level = first;
+  while (level < std::min(seen + most_levels, detail.whole) && detail.triangles_at(level) > most) ++level;
+  if (detail.triangles_at(level) <= most || !has_voxels || detail.triangles_of_voxels.empty()) return level;
+  return detail.voxels_with(most, seen + most_levels);
+}
+
 }  // namespace
 
 std::optional<Gaze> Gaze::heard(const std::string& text) {
@@ -100,7 +111,7 @@ std::optional<Gaze> Gaze::heard(const std::string& text) {
 
 Gaze::Wanted Gaze::wanted(const Detail& detail, std::uint64_t run_of_surface) const {
   constexpr double steps_of_a_pixel = 2, triangles_of_a_pixel = 2, most_aspect = 100;
-  constexpr int most_levels = 2;  // above that of half a pixel: two pixels
+  constexpr double least_triangles = 24;  // a box of what is IN, and one of what is FUZZY
   const bool shows_surface = wants_surface && detail.run == run_of_surface;
   if ((detail.kind == Detail::Kind::surface) != shows_surface || hidden.contains(detail.part))
     return {Detail::nothing, 0, false};
@@ -115,15 +126,15 @@ Gaze::Wanted Gaze::wanted(const Detail& detail, std::uint64_t run_of_surface) co
   if (!(nearest > 0)) return {detail.finest, 0, true};  // also where products were too large for numbers
   const double growth = std::hypot(matrix[1], matrix[5], matrix[9]);  // of what is upright, at depth 1
   const double step = 2 * nearest / (growth * std::max(1.0, height)) / steps_of_a_pixel;
-  const int seen = std::isfinite(step) && step > 0 ? std::ilogb(step) : detail.finest;
-  int level = std::clamp(seen, detail.finest, detail.coarsest);
-  if (depth == 0 && std::isfinite(step) && step > 0) {
-    const double across = std::hypot(matrix[0], matrix[4], matrix[8]), half_height = height / 2;
-    const double half_width = half_height * growth / std::max(across, growth / most_aspect);
-    const int sparse = detail.level_with(triangles_of_a_pixel * area_of(corners, half_width, half_height));
-    level = std::max(level, std::min(sparse, seen + most_levels));
-  }
-  return {level, nearest, true};
+  if (!std::isfinite(step) || !(step > 0)) return {detail.finest, nearest, true};
+  const int seen = std::ilogb(step);
+  if (depth > 0) return {std::clamp(seen, detail.finest, detail.coarsest), nearest, true};
+  const double across = std::hypot(matrix[0], matrix[4], matrix[8]), half_height = height / 2;
+  const double half_width = half_height * growth / std::max(across, growth / most_aspect);
+  const double most =
+      std::max(least_triangles, triangles_of_a_pixel * area_of(corners, half_width, half_height));
+  const bool has_voxels = detail.kind == Detail::Kind::surface || hidden.empty();
+  return {level_with(detail, seen, most, has_voxels), nearest, true};
 }
 
 }  // namespace bsp2::api

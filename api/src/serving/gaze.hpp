@@ -33,9 +33,11 @@ struct Gaze {
     double depth;  ///< how far away it is
     bool is_seen;  ///< else it can wait
   };
-  /// The coarsest level whose step is at most half a pixel where the thing is nearest; where that has more
-  /// than two triangles for each pixel of its box a coarser one, of at most two pixels, unless all are to
-  /// have one level. What is not in the picture gets its coarsest one, and what is not drawn none.
+  /// The coarsest level whose step is at most half a pixel where the thing is nearest. Where something in it
+  /// would be lost, a finer one; where that has more than two triangles for each pixel of its box (or than
+  /// two boxes have), one with a step of at most a pixel, or, if that does not help, of voxels, above its
+  /// coarsest, so that there are no more in any case. Not so where all are to have one level, or parts of a
+  /// region are hidden. What is not in the picture gets its coarsest one, and what is not drawn none.
   /// @param run_of_surface the run whose surface there is.
   [[nodiscard]] Wanted wanted(const Detail& detail, std::uint64_t run_of_surface) const;
 };

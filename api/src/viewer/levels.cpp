@@ -2,59 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <memory>
-#include <type_traits>
+#include <initializer_list>
+#include <optional>
+#include <span>
 #include <unordered_map>
 #include <unordered_set>
 
 #include "viewer/message.hpp"
+#include "viewer/received.hpp"
+#include "viewer/voxels.hpp"
 
 namespace bsp2::api {
 namespace {
 
 using nlohmann::json;
-using Numbers = std::vector<std::uint32_t>;
 using Point = std::array<double, 3>;
-
-/// A message, to be read.
-class Received {
- public:
-  explicit Received(const std::string& bytes) : header_(header_of(bytes)) {
-    std::uint32_t length = 0;
-    std::memcpy(&length, bytes.data(), sizeof length);
-    arrays_ = bytes.data() + sizeof length + length;
-  }
-  static json header_of(const std::string& bytes) {
-    std::uint32_t length = 0;
-    std::memcpy(&length, bytes.data(), sizeof length);
-    return json::parse(bytes.data() + sizeof length, bytes.data() + sizeof length + length);
-  }
-  [[nodiscard]] const json& header() const { return header_; }
-  [[nodiscard]] bool has(const char* name) const { return header_["arrays"].contains(name); }
-  [[nodiscard]] Numbers whole(const char* name) const {
-    const std::string type = header_["arrays"][name][0];
-    if (type == "u8") return numbers<std::uint8_t, std::uint32_t>(name);
-    if (type == "u16") return numbers<std::uint16_t, std::uint32_t>(name);
-    return numbers<std::uint32_t, std::uint32_t>(name);
-  }
-  template <typename Stored, typename Number = Stored>
-  [[nodiscard]] std::vector<Number> numbers(const char* name) const {
-    const json& place = header_["arrays"][name];
-    std::vector<Stored> stored(place[2].get<std::size_t>());
-    if (!stored.empty())
-      std::memcpy(stored.data(), arrays_ + place[1].get<std::size_t>(), stored.size() * sizeof(Stored));
-    const std::size_t stride = place[3];
-    if constexpr (std::is_integral_v<Stored>)
-      for (std::size_t i = stride; stride > 0 && i < stored.size(); ++i)
-        stored[i] = static_cast<Stored>(stored[i] + stored[i - stride]);
-    return {stored.begin(), stored.end()};
-  }
-
- private:
-  json header_;
-  const char* arrays_;
-};
 
 /// What is in one place, and looks alike, is one vertex.
 struct Spot {
@@ -136,32 +98,35 @@ class CoarseVertices {
 };
 
 /// What is left of the triangles, and of whose they are.
-struct Left {
+class Left {
+ public:
   Numbers triangles, counts, owners;  ///< `owners`: those of the message that have some
   std::size_t opaque = 0, in_cells = 0;
+
+  explicit Left(const Received& from) : of_in_(from.header().value("inCells", std::size_t{0})) {}
+  /// By ascending owners.
+  void add(std::initializer_list<std::uint32_t> triangle, std::uint32_t owner) {
+    triangles.insert(triangles.end(), triangle);
+    if (owners.empty() || owners.back() != owner) {
+      owners.push_back(owner);
+      counts.push_back(0);
+      in_cells += owner < of_in_ ? 1 : 0;
+    }
+    ++counts.back();
+    opaque += owner < of_in_ ? 1 : 0;
+  }
+
+ private:
+  std::size_t of_in_;  // cells that are IN come first
 };
 
-Left left_of(const Received& from, const char* counts, const CoarseVertices& vertices) {
-  const Numbers triangles = from.whole("triangles"), of_owner = from.whole(counts);
-  const std::size_t in_cells = from.header().value("inCells", std::size_t{0});
-  Left left;
-  std::size_t at = 0;
-  for (std::uint32_t owner = 0; owner < of_owner.size(); ++owner) {
-    std::uint32_t count = 0;
-    for (const std::size_t end = at + 3 * std::size_t{of_owner[owner]}; at < end; at += 3) {
-      const std::uint32_t a = vertices[triangles[at]], b = vertices[triangles[at + 1]],
-                          c = vertices[triangles[at + 2]];
-      if (a == b || b == c || c == a) continue;
-      left.triangles.insert(left.triangles.end(), {a, b, c});
-      ++count;
-    }
-    if (count == 0) continue;
-    left.owners.push_back(owner);
-    left.counts.push_back(count);
-    if (owner < in_cells) {
-      ++left.in_cells;
-      left.opaque += count;
-    }
+Left left_of(const Received& from, const CoarseVertices& vertices) {
+  const Numbers triangles = from.whole("triangles"), owners = from.owners();
+  Left left(from);
+  for (std::size_t i = 0; i < owners.size(); ++i) {
+    const std::uint32_t a = vertices[triangles[3 * i]], b = vertices[triangles[3 * i + 1]],
+                        c = vertices[triangles[3 * i + 2]];
+    if (a != b && b != c && c != a) left.add({a, b, c}, owners[i]);
   }
   return left;
 }
@@ -206,105 +171,116 @@ Message begun(const json& header) {
   return message;
 }
 
-/// The shortest side of a triangle, by its extent along an axis; in steps.
-std::uint32_t shortest_side(const Numbers& places, const Numbers& corners) {
-  std::uint32_t shortest = 0xffff;
-  for (std::size_t at = 0; at < corners.size(); ++at) {
-    const std::size_t next = at % 3 == 2 ? at - 2 : at + 1;
-    std::uint32_t side = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t p = places[3 * corners[at] + i], q = places[3 * corners[next] + i];
-      side = std::max(side, p > q ? p - q : q - p);
-    }
-    shortest = std::min(shortest, side);
-  }
-  return shortest;
+/// Adds what a level has but vertices and edges.
+void add_left(Message& message, const Received& from, const Left& left) {
+  message.add_indices("triangles", left.triangles, 1);
+  message.add_small(from.is_piece() ? "ofFace" : "ofCell", left.counts);
+  for (const char* name : {"faces", "solids", "areas", "cellParts", "levels", "volumes"})
+    if (from.has(name)) add_chosen(message, from, name, left.owners);
+  if (from.is_piece()) return;
+  message["opaque"] = left.opaque;
+  message["inCells"] = left.in_cells;
 }
 
-/// How many triangles do not collapse at levels from that of a message to a last one. One that does is taken
-/// to stay so.
-Numbers triangles_left(const Received& from, int last) {
-  const Numbers places = from.whole("positions");
-  Numbers corners = from.whole("triangles");
-  const int finest = from.header()["finest"];
-  const double step = from.header()["step"];
-  const Point origin = from.header()["origin"];
-  // Points that are a step apart stay so.
-  int level = std::max(finest, std::ilogb(step) + std::ilogb(std::max(1U, shortest_side(places, corners))));
-  Numbers counts(static_cast<std::size_t>(std::max(0, std::min(level, last) - finest) + 1),
-                 static_cast<std::uint32_t>(corners.size() / 3));
-  std::vector<std::int32_t> coarse(places.size());
-  while (++level <= last && counts.back() > 0) {
-    const double scale = std::exp2(-level);
-    for (std::size_t i = 0; i < places.size(); ++i)
-      coarse[i] = static_cast<std::int32_t>(std::round((origin[i % 3] + step * places[i]) * scale) -
-                                            std::floor(origin[i % 3] * scale));
-    const auto are_one = [&](std::uint32_t a, std::uint32_t b) {
-      return std::equal(&coarse[3 * a], &coarse[3 * a] + 3, &coarse[3 * b]);
-    };
-    std::size_t left = 0;
-    for (std::size_t at = 0; at < corners.size(); at += 3) {
-      const std::array<std::uint32_t, 3> triangle{corners[at], corners[at + 1], corners[at + 2]};
-      const auto& [a, b, c] = triangle;
-      if (are_one(a, b) || are_one(b, c) || are_one(c, a)) continue;
-      for (const std::uint32_t corner : triangle) corners[left++] = corner;
-    }
-    corners.resize(left);
-    counts.push_back(static_cast<std::uint32_t>(left / 3));
+std::string on_lattice(const Received& from, int level) {
+  Message message = begun(from.header());
+  const CoarseVertices vertices(from, level == Detail::nothing ? from.header()["finest"].get<int>() : level);
+  Left left(from);
+  Numbers edges;
+  if (level != Detail::nothing) {
+    left = left_of(from, vertices);
+    edges = edges_left(from, vertices);
   }
-  return counts;
+  vertices.write(message, left.triangles, edges);
+  if (from.is_piece()) message.add_indices("edges", edges, 1);
+  add_left(message, from, left);
+  return message.bytes();
 }
 
-Detail detail_of(const Received& from) {
-  const json& header = from.header();
-  Detail detail;
-  const bool is_piece = header["kind"] == "piece";
-  detail.kind = is_piece ? Detail::Kind::surface : Detail::Kind::cells;
-  detail.run = header["run"];
-  detail.number = header[is_piece ? "piece" : "region"];
-  if (is_piece) detail.part = header["part"];
-  detail.lower = header["box"][0];
-  detail.upper = header["box"][1];
-  detail.finest = header["finest"];
-  double extent = 0;
-  for (std::size_t i = 0; i < 3; ++i) extent = std::max(extent, detail.upper[i] - detail.lower[i]);
-  constexpr int halvings = 3;  // it has 8 to 16 steps then
-  detail.coarsest = extent > 0 ? std::max(detail.finest, std::ilogb(extent) - halvings) : detail.finest;
-  detail.triangles = triangles_left(from, extent > 0 ? std::ilogb(extent) : detail.finest);
-  detail.coarser = coarser;
-  return detail;
+/// What each owner looks like, as its vertices have it; nothing where they have nothing.
+Numbers looks_of(const Received& from, const Numbers& triangles, const Numbers& owners) {
+  if (!from.has("parts")) return {};
+  const Numbers parts = from.whole("parts"), tints = from.has("tints") ? from.whole("tints") : Numbers{};
+  Numbers looks(owners.empty() ? 0 : owners.back() + 1, 0);
+  for (std::size_t i = 0; i < owners.size(); ++i) {
+    const std::uint32_t v = triangles[3 * i];
+    looks[owners[i]] = parts[v] | (tints.empty() ? 0 : tints[v] << 16);
+  }
+  return looks;
+}
+
+/// Vertices of hulls, on a lattice with sixteen steps along the edge of a voxel, and triangles that have not
+/// collapsed on it.
+class HullVertices {
+ public:
+  HullVertices(const Received& from, int exponent) : lost_(std::max(0, exponent - 4)), left_(from) {}
+
+  void add(const Voxels::Hull& hull) {
+    const auto first = static_cast<std::uint32_t>(looks_.size());
+    for (const Voxels::Point& point : hull.points)
+      for (const double x : point)
+        places_.push_back(static_cast<std::uint16_t>(std::round(std::ldexp(x, -lost_))));
+    looks_.insert(looks_.end(), hull.looks.begin(), hull.looks.end());
+    for (std::size_t i = 0; i < hull.owners.size(); ++i) {
+      const std::uint32_t *corners = hull.triangles.data() + 3 * i, a = first + corners[0],
+                          b = first + corners[1], c = first + corners[2];
+      if (!are_one(a, b) && !are_one(b, c) && !are_one(c, a)) left_.add({a, b, c}, hull.owners[i]);
+    }
+  }
+  void write(Message& message, const Received& from) const {
+    message["step"] = std::ldexp(from.header()["step"].get<double>(), lost_);
+    message.add("positions", places_, 3);
+    std::vector<std::uint16_t> parts, tints;
+    for (const std::uint32_t look : looks_) {
+      parts.push_back(static_cast<std::uint16_t>(look));
+      tints.push_back(static_cast<std::uint16_t>(look >> 16));
+    }
+    if (from.has("parts")) message.add("parts", parts);
+    if (from.has("tints")) message.add("tints", tints);
+    add_left(message, from, left_);
+  }
+
+ private:
+  int lost_;
+  Left left_;
+  std::vector<std::uint16_t> places_;
+  Numbers looks_;
+
+  [[nodiscard]] bool are_one(std::uint32_t a, std::uint32_t b) const {
+    return std::equal(&places_[3 * a], &places_[3 * a] + 3, &places_[3 * b]);
+  }
+};
+
+/// Without edges: there is less than a voxel between them.
+std::string of_voxels(const Received& from, int edge_exponent) {
+  const Numbers triangles = from.whole("triangles"), owners = from.owners(),
+                looks = looks_of(from, triangles, owners);
+  const int exponent = edge_exponent - std::ilogb(from.header()["step"].get<double>());
+  HullVertices vertices(from, exponent);
+  for (const Voxels& voxels : voxels_of(from, exponent)) vertices.add(voxels.hull(looks));
+  Message message = begun(from.header());
+  message["voxels"] = true;
+  vertices.write(message, from);
+  if (from.is_piece()) message.add_indices("edges", {});
+  return message.bytes();
 }
 
 }  // namespace
 
-std::string coarser(const std::string& bytes, int level) {
-  const Received from(bytes);
-  const bool is_piece = from.header()["kind"] == "piece";
-  const char* counts = is_piece ? "ofFace" : "ofCell";
-  Message message = begun(from.header());
-  const CoarseVertices vertices(from, level == Detail::nothing ? from.header()["finest"].get<int>() : level);
-  Left left;
-  Numbers edges;
-  if (level != Detail::nothing) {
-    left = left_of(from, counts, vertices);
-    edges = edges_left(from, vertices);
-  }
-  vertices.write(message, left.triangles, edges);
-  message.add_indices("triangles", left.triangles, 1);
-  if (is_piece) message.add_indices("edges", edges, 1);
-  message.add_small(counts, left.counts);
-  for (const char* name : {"faces", "solids", "areas", "cellParts", "levels", "volumes"})
-    if (from.has(name)) add_chosen(message, from, name, left.owners);
-  if (!is_piece) {
-    message["opaque"] = left.opaque;
-    message["inCells"] = left.in_cells;
-  }
-  return message.bytes();
+std::vector<Voxels> voxels_of(const Received& from, std::optional<int> edge_exponent) {
+  const Numbers places = from.whole("positions"), corners = from.whole("triangles"), owners = from.owners();
+  const int exponent = edge_exponent ? *edge_exponent : Voxels::first_exponent(places, corners);
+  const std::size_t opaque = from.is_piece() ? owners.size() : from.header()["opaque"].get<std::size_t>();
+  const std::span all_corners(corners), all_owners(owners);
+  std::vector<Voxels> voxels;
+  voxels.emplace_back(places, all_corners.first(3 * opaque), all_owners.first(opaque), exponent);
+  voxels.emplace_back(places, all_corners.subspan(3 * opaque), all_owners.subspan(opaque), exponent);
+  return voxels;
 }
 
-void put_detailed(Scene& scene, const std::string& key, std::string bytes) {
-  auto detail = std::make_shared<const Detail>(detail_of(Received(bytes)));
-  scene.put(key, std::move(bytes), std::move(detail));
+std::string coarser(const std::string& bytes, int level) {
+  const Received from(bytes);
+  return Detail::is_of_voxels(level) ? of_voxels(from, level - Detail::voxels) : on_lattice(from, level);
 }
 
 }  // namespace bsp2::api

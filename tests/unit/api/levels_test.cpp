@@ -104,6 +104,37 @@ TEST(Levels, PiecesAtOneLevelAreClosedTogether) {
   }
 }
 
+/// At most as many as are told, and as Gaze lets everything have at last; none where there are few anyway.
+void expect_voxels(const Detail& detail, const std::string& bytes) {
+  constexpr std::uint32_t few = 24;
+  const Decoded finest(bytes);
+  EXPECT_EQ(detail.triangles_of_voxels.empty(), finest.whole("triangles").size() / 3 <= few);
+  if (detail.triangles_of_voxels.empty()) return;
+  EXPECT_LE(detail.triangles_of_voxels.back(), few);
+  const char* counts = finest.header["kind"] == "piece" ? "ofFace" : "ofCell";
+  for (std::size_t above = 0; above < detail.triangles_of_voxels.size(); ++above) {
+    const int exponent = detail.finest_voxels + static_cast<int>(above);
+    const std::string made = coarser(bytes, Detail::voxels + exponent);
+    EXPECT_EQ(made, coarser(bytes, Detail::voxels + exponent));
+    const Decoded hull(made);
+    EXPECT_TRUE(hull.header["voxels"]);
+    const auto triangles = triangles_of(hull, counts, counts[2] == 'F' ? "areas" : "volumes");
+    // But for slivers that one way of cutting has, and another one not.
+    EXPECT_LE(triangles.size(), 24 + 1.02 * detail.triangles_of_voxels[above]);
+    EXPECT_GT(triangles.size(), 0U);
+    EXPECT_LE(hull.whole(counts).size(), finest.whole(counts).size());
+    for (const Point& point : hull.points())
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double step = hull.header["step"];
+        EXPECT_GE(point[k], detail.lower[k] - step);
+        EXPECT_LE(point[k], detail.upper[k] + step);
+      }
+  }
+  EXPECT_EQ(detail.voxels_with(1e9, detail.finest_voxels), Detail::voxels + detail.finest_voxels);
+  EXPECT_EQ(detail.voxels_with(0, detail.finest_voxels),
+            Detail::voxels + detail.finest_voxels + static_cast<int>(detail.triangles_of_voxels.size()) - 1);
+}
+
 /// What is told of a message without making its levels: as many as collapse at none of the levels up to
 /// there.
 TEST(Levels, TellHowManyTrianglesTheyHave) {
@@ -128,9 +159,7 @@ TEST(Levels, TellHowManyTrianglesTheyHave) {
           const Decoded made(coarser(bytes, level));
           EXPECT_LE(left.size(), made.whole("triangles").size() / 3);
         }
-        EXPECT_EQ(detail->level_with(1e9), detail->finest);
-        const int coarsest = detail->level_with(0);
-        EXPECT_GT(detail->triangles.at(static_cast<std::size_t>(coarsest - detail->finest)), 0U);
+        expect_voxels(*detail, bytes);
       }
     }
   }
@@ -153,6 +182,7 @@ Detail small_box(const Point& at) {
   for (double& x : detail.upper) x += 0.5;
   detail.finest = -20;
   detail.coarsest = -4;
+  detail.whole = 10;
   return detail;
 }
 
@@ -189,22 +219,34 @@ TEST(Gaze, StepsAreAtMostHalfAPixelAndNotLessThanAQuarter) {
   EXPECT_GT(seen, samples::rounds(2000) / 20);
 }
 
-/// Where the step of half a pixel would leave more triangles than twice the pixels around a thing.
+/// Falling numbers from one on, for levels after each other.
+std::vector<std::uint32_t> falling(std::mt19937& random, double from, std::uint32_t least) {
+  std::vector<std::uint32_t> counts;
+  for (double left = from; left >= least; left *= std::uniform_real_distribution<double>(0, 1)(random))
+    counts.push_back(static_cast<std::uint32_t>(left));
+  if (least > 0) counts.push_back(least);
+  return counts;
+}
+
+/// Nothing has more triangles than twice the pixels around it, or two boxes; nothing is lost; and nothing is
+/// coarser than it need be for that.
 TEST(Gaze, NothingHasManyMoreTrianglesThanPixels) {
   const std::uint32_t seed = seed_of_test();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
-  int coarser_ones = 0;
-  for (int round = 0; round < samples::rounds(500); ++round) {
+  std::map<std::string, int> kinds;
+  for (int round = 0; round < samples::rounds(1000); ++round) {
     const double height = 100 + 2000 * unit(random);
     const Point eye{0, 0, 50 + 200 * unit(random)};
     Detail detail = small_box({20 * (unit(random) - 0.5), 20 * (unit(random) - 0.5), 0});
-    const auto plain = Gaze::heard(gaze_from(eye, height)).value().wanted(detail, 0);
-    detail.triangles.resize(1 + random() % 16, 1U + static_cast<std::uint32_t>(1e5 * unit(random)));
-    for (double left = detail.triangles.back(); left >= 1; left *= unit(random))
-      detail.triangles.push_back(static_cast<std::uint32_t>(left));
-    const auto wanted = Gaze::heard(gaze_from(eye, height)).value().wanted(detail, 0);
+    detail.triangles.resize(12 + random() % 8, 1U + static_cast<std::uint32_t>(1e5 * unit(random)));
+    for (const auto more : falling(random, detail.triangles.back(), 1)) detail.triangles.push_back(more);
+    detail.whole = detail.finest + static_cast<int>(detail.triangles.size() - 1 - random() % 5);
+    detail.finest_voxels = detail.finest + static_cast<int>(random() % 12);
+    detail.triangles_of_voxels = falling(random, 1e5 * unit(random), 12);
+    const auto gaze = Gaze::heard(gaze_from(eye, height)).value();
+    const auto wanted = gaze.wanted(detail, 0);
     std::array<double, 2> low{1e9, 1e9},
         high{-1e9, -1e9};  // pixels: at each depth the picture is twice as wide as that
     for (const double z : {detail.lower[2], detail.upper[2]})
@@ -213,24 +255,30 @@ TEST(Gaze, NothingHasManyMoreTrianglesThanPixels) {
           low[axis] = std::min(low[axis], at / (eye[2] - z) * height / 2);
           high[axis] = std::max(high[axis], at / (eye[2] - z) * height / 2);
         }
-    const double pixels = std::max(1.0, high[0] - low[0]) * std::max(1.0, high[1] - low[1]);
-    const auto count = [&](int level) {
-      return detail
-          .triangles[std::min(static_cast<std::size_t>(level - detail.finest), detail.triangles.size() - 1)];
-    };
-    EXPECT_GE(wanted.level, plain.level);
-    const int last = detail.finest + static_cast<int>(detail.triangles.size()) - 1;
-    const double pixel = 2 * (eye[2] - detail.upper[2]) / height, step = std::exp2(wanted.level);
-    EXPECT_TRUE(count(wanted.level) <= 2.001 * pixels || wanted.level >= last || step > 0.999 * pixel);
-    if (wanted.level > plain.level) {
-      EXPECT_LE(step, 2.001 * pixel);
-      EXPECT_GT(count(wanted.level - 1), 1.999 * pixels);
+    const double most = std::max(24.0, 2 * std::max(1.0, high[0] - low[0]) * std::max(1.0, high[1] - low[1]));
+    const double pixel = 2 * (eye[2] - detail.upper[2]) / height;
+    ASSERT_TRUE(wanted.is_seen);
+    if (Detail::is_of_voxels(wanted.level)) {
+      const int exponent = wanted.level - Detail::voxels, above = exponent - detail.finest_voxels;
+      EXPECT_LE(detail.triangles_of_voxels.at(static_cast<std::size_t>(above)), 1.001 * most);
+      const bool is_last = above == static_cast<int>(detail.triangles_of_voxels.size()) - 1;
+      EXPECT_TRUE(is_last || std::exp2(exponent) > 0.4999 * pixel);
+      for (int level = detail.finest; level <= detail.whole; ++level)  // no other would do
+        EXPECT_TRUE(detail.triangles_at(level) > 0.999 * most || std::exp2(level) > 1.0001 * pixel);
+      kinds["voxels"] += 1;
+    } else {
+      EXPECT_LE(detail.triangles_at(wanted.level), 1.001 * most);
+      EXPECT_LE(wanted.level, std::max(detail.whole, detail.finest));
+      EXPECT_LE(std::exp2(wanted.level), 1.0001 * pixel);
+      kinds[std::exp2(wanted.level) > 0.5001 * pixel ? "a pixel" : "half a pixel"] += 1;
     }
-    coarser_ones += wanted.level > plain.level;
     const auto even = Gaze::heard(gaze_from(eye, height, {{"depth", eye[2] - 0.5}})).value();
-    EXPECT_EQ(even.wanted(detail, 0).level, plain.level) << "all at one level";
+    EXPECT_LE(even.wanted(detail, 0).level, detail.coarsest) << "all at one level";
+    const auto without = Gaze::heard(gaze_from(eye, height, {{"hidden", {1}}})).value();
+    EXPECT_FALSE(Detail::is_of_voxels(without.wanted(detail, 0).level)) << "cells are hidden one by one";
   }
-  EXPECT_GT(coarser_ones, samples::rounds(500) / 20);
+  for (const char* kind : {"voxels", "a pixel", "half a pixel"})
+    EXPECT_GT(kinds[kind], samples::rounds(1000) / 200) << kind;
 }
 
 TEST(Gaze, WhatIsNotDrawnIsNotWantedAndWhatIsSelectedIsWantedAsItIs) {
