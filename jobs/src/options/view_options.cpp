@@ -82,6 +82,9 @@ void finish_view_command(RunCommand& command, const std::string& order, const st
   ViewCommand& viewer = *command.viewer;
   Options& options = command.options;
   if (!eye.empty()) viewer.eye = eye_of(eye);
+  if (viewer.eye.size() == 1 || viewer.eye.size() > 3)
+    throw Error("--eye: '" + eye +
+                "' is no place to look from; write three numbers, for example --eye 30,-40,25");
   if (!order.empty()) viewer.order = options.order;
   viewer.follows_eye = order == "view";
   viewer.budget = options.budget;

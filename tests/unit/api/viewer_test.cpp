@@ -513,7 +513,8 @@ TEST(ViewCommand, RefusesWhatMakesNoSense) {
   const std::string model = folder.path() / "a.csg";
   write(model, "cube();\n");
   EXPECT_NE(refusal_of({"view", model, "--port", "70000"}).find("--port"), std::string::npos);
-  EXPECT_NE(refusal_of({"view", model, "--eye", "here"}).find("--eye"), std::string::npos);
+  for (const char* eye : {"here", "1", "1,2,3,4"})
+    EXPECT_NE(refusal_of({"view", model, "--eye", eye}).find("--eye"), std::string::npos);
   EXPECT_NE(refusal_of({"view", model, "--angle", "1"}).find("--eye"), std::string::npos);
   EXPECT_NE(refusal_of({"view", model, "--triangles", "3"}).find("--triangles"), std::string::npos);
 }
