@@ -62,7 +62,8 @@ void Reader::plan() {
   struct Seen {
     double depth;
     std::uint64_t number;
-    int difference;  ///< of the level that it has to that which is wanted
+    int difference;     ///< of the level that it has to that which is wanted
+    bool is_of_voxels;  ///< the one that is wanted
   };
   std::vector<Seen> seen;
   std::unordered_map<std::uint64_t, Held> held;  // without what is there no more
@@ -77,7 +78,8 @@ void Reader::plan() {
     seen.push_back({wanted.depth, number,
                     found->second.level > wanted.level   ? 1
                     : found->second.level < wanted.level ? -1
-                                                         : 0});
+                                                         : 0,
+                    Detail::is_of_voxels(wanted.level)});
     bytes += found->second.bytes;
   }
   held_ = std::move(held);
@@ -86,9 +88,11 @@ void Reader::plan() {
     return std::pair(a.depth, a.number) > std::pair(b.depth, b.number);
   });
   to_come_.clear();
+  // Voxels have no edges, and those of what is far away are all that one sees: all such pieces look alike, or
+  // none.
   for (const Seen& each : seen)
-    if (each.difference > 0 || (each.difference < 0 && gets_coarser))
-      to_come_.push_back({each.number, each.difference > 0 || is_even});
+    if (each.difference > 0 || (each.difference < 0 && (gets_coarser || each.is_of_voxels)))
+      to_come_.push_back({each.number, each.difference > 0 || is_even || each.is_of_voxels});
 }
 
 }  // namespace bsp2::api

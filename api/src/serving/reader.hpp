@@ -31,8 +31,8 @@ class Levels {
 ///
 /// Messages in their order, each at the level that the page can see; and once it has them all, those again
 /// that it sees finer than it has them. What it has finer than it sees it keeps, until that is so much that
-/// drawing it takes long, and less than half would do. A page that does not tell where it looks gets all as
-/// it is. Of one thread.
+/// drawing it takes long, and less than half would do, or it is wanted of voxels. A page that does not tell
+/// where it looks gets all as it is. Of one thread.
 class Reader {
  public:
   /// What a page may have of what it sees without getting any of it coarser: some 500,000 triangles.
