@@ -315,6 +315,27 @@ MeshProducer::Reference MeshProducer::outside() const {
   return reference;
 }
 
+/// Beyond the nearest side of the mesh's bounds, somewhat askew: little of the mesh lies in between.
+MeshProducer::Point MeshProducer::point_outside(const Point& point) const {
+  int nearest = 0;
+  bool is_above = true;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i)
+    for (const bool above : {true, false}) {
+      const double distance = above ? producer_.upper[i] - point[i] : point[i] - producer_.lower[i];
+      if (distance >= least) continue;
+      least = distance;
+      nearest = i;
+      is_above = above;
+    }
+  Point far = point;
+  const double away = std::max(0.0, least) + 0.01 * (producer_.upper[nearest] - producer_.lower[nearest]);
+  far[nearest] += is_above ? away : -away;
+  far[(nearest + 1) % 3] += 0.0137 * away;
+  far[(nearest + 2) % 3] -= 0.0219 * away;
+  return far;
+}
+
 std::optional<MeshProducer::Reference> MeshProducer::reference_of(const Word* leaf) const {
   if ((leaf[0] & Program::whole) != 0) return outside();
   if (leaf[at_flag] == 0) return std::nullopt;
@@ -336,7 +357,7 @@ void MeshProducer::for_each_facet_near(const Point& from, const Point& to, doubl
 }
 
 std::optional<std::int32_t> MeshProducer::winding_around(const Point& point) const {
-  return winding_anew(point, outside());
+  return winding_anew(point);
 }
 
 std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const Reference& from,
@@ -358,13 +379,14 @@ std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const R
 }
 
 /// The same from a point outside of the mesh's bounds.
-std::optional<std::int32_t> MeshProducer::winding_anew(const Point& point, const Reference& from) const {
-  std::int32_t winding = from.winding;
+std::optional<std::int32_t> MeshProducer::winding_anew(const Point& point) const {
+  const Point from = point_outside(point);
+  std::int32_t winding = 0;
   bool certain = true;
   const double error = mesh_.error * 2 + 0x1p-52 * network_.table.radius();
-  for_each_facet_near(from.point, point, error, [&](const Mesh::Facet& facet) {
+  for_each_facet_near(from, point, error, [&](const Mesh::Facet& facet) {
     const auto& [a, b, c] = facet.corners;
-    const auto change = crossing(from.point, point, mesh_.points[a], mesh_.points[b], mesh_.points[c], error);
+    const auto change = crossing(from, point, mesh_.points[a], mesh_.points[b], mesh_.points[c], error);
     certain = change.has_value();
     winding += change.value_or(0);
     return certain;
@@ -378,8 +400,7 @@ std::optional<std::int32_t> MeshProducer::winding_anew(const Point& point, const
 std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* leaf,
                                                                    const CellView<3>& cell) const {
   const auto known =
-      reference_of(leaf);  // the cell that this one is part of may have had none: then begin anew
-  const Reference from = known ? *known : outside();
+      reference_of(leaf);          // the cell that this one is part of may have had none: then begin anew
   std::minstd_rand random(12345);  // the same points in every run
   Point point = cell.extent().centre;
   for (int attempt = 0; attempt < 12; ++attempt) {
@@ -394,7 +415,7 @@ std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* l
       for (int i = 0; i < 3; ++i) point[i] = mix[i] / sum;
     }
     if (!is_inside(point, cell.cell())) continue;
-    if (const auto winding = known ? winding_at(point, from, leaf) : winding_anew(point, from))
+    if (const auto winding = known ? winding_at(point, *known, leaf) : winding_anew(point))
       return Reference{point, *winding};
   }
   return std::nullopt;

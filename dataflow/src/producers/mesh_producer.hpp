@@ -67,7 +67,7 @@ class MeshProducer {
   void for_each_facet_near(const Point& from, const Point& to, double error, Visit&& visit) const;
   [[nodiscard]] std::optional<std::int32_t> winding_at(const Point& point, const Reference& from,
                                                        const Word* leaf) const;
-  [[nodiscard]] std::optional<std::int32_t> winding_anew(const Point& point, const Reference& from) const;
+  [[nodiscard]] std::optional<std::int32_t> winding_anew(const Point& point) const;
   [[nodiscard]] std::optional<Reference> new_reference(const Word* leaf, const CellView<3>& cell) const;
   [[nodiscard]] std::int32_t winding_within(const Word* leaf, CellView<3>& cell,
                                             const std::optional<Reference>& reference) const;
@@ -78,6 +78,7 @@ class MeshProducer {
   [[nodiscard]] Point beyond(const Point& point, std::minstd_rand& random) const;
   [[nodiscard]] std::int32_t exact_winding(CellView<3>& cell) const;
   [[nodiscard]] Reference outside() const;
+  [[nodiscard]] Point point_outside(const Point& point) const;
   [[nodiscard]] std::optional<geometry::HyperplaneId> median(const Word* leaf, CellView<3>& cell) const;
   [[nodiscard]] geometry::HyperplaneId best_plane(const Word* leaf, CellView<3>& cell) const;
   [[nodiscard]] unsigned sides_of_near_corners(const Mesh::Facet& facet, const Mesh::Facet& other,

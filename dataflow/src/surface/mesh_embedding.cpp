@@ -159,7 +159,21 @@ class Embedding {
         const int of_p = side(p[i], q[k], p[1 - i]), of_q = side(p[i], q[k], q[1 - k]);
         if (of_p != 0 && of_p == -of_q) return true;
       }
-    return false;
+    return are_cones_side_by_side(p, q);
+  }
+
+  /// About in one plane: whether another one, upright on theirs, leads through an edge of one facet and parts
+  /// that from the other.
+  [[nodiscard]] bool are_cones_side_by_side(const std::array<Point, 2>& p,
+                                            const std::array<Point, 2>& q) const {
+    Point up = cross(p[0], p[1]);
+    const double reach = (size_of(p[0]) + size_of(p[1])) / size_of(up);
+    for (double& x : up) x *= reach;
+    const auto parts = [&](const Point& edge, const Point& own, const std::array<Point, 2>& other) {
+      const int at = side(edge, up, own);
+      return at != 0 && side(edge, up, other[0]) == -at && side(edge, up, other[1]) == -at;
+    };
+    return parts(p[0], p[1], q) || parts(p[1], p[0], q) || parts(q[0], q[1], p) || parts(q[1], q[0], p);
   }
 
   /// Facets without a common corner.

@@ -182,6 +182,36 @@ TEST(Tracing, MeshesHaveTheSurfaceOfTheirCells) {
   EXPECT_GT(triangles, compared);
 }
 
+model::Expression shifted(double x, double y, double z, const model::Expression& e) {
+  return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}, e);
+}
+
+/// The surface of the cells, which others that are of one region or four, or traced, must be equal to.
+TriangleSurface surface_in_all_ways(const model::Expression& e, double coincidence = 1e-9) {
+  auto r = resolved(e, {}, 0, coincidence);
+  expect_equal(resolved(e, {}, 2, coincidence).surface, r.surface);
+  const auto surface = traced(r.network, 1, 1);
+  EXPECT_TRUE(surface);
+  if (surface) expect_equal(*surface, r.surface);
+  EXPECT_TRUE(r.surface.is_closed());
+  EXPECT_NEAR(r.surface.volume(), r.volume, 1e-12 * r.volume);
+  return r.surface;
+}
+
+/// Around the first point, above which the solid leans, two pairs of facets lie in one plane, apart from each
+/// other: a groove parts them.
+TEST(Tracing, FacetsOfOnePlaneMayMeetInACorner) {
+  const Points points{{0, 0, 0},  {-4, -6, -3}, {4, -1, 0}, {5, 1, 0},
+                      {4, 2, -2}, {4, 4, 0},    {3, 4, 0},  {-2, 3, 4}};
+  Faces faces;
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    const std::uint32_t from = 2 + i, to = 2 + (i + 1) % 6;
+    faces.insert(faces.end(), {{from, 0, to}, {to, 1, from}});
+  }
+  const auto solid = model::polyhedron(points, faces);
+  surface_in_all_ways(model::subtract({solid, shifted(2, -1, 0.5, solid)}));
+}
+
 /// Where merging finds that few facets are nearly in one plane with others of their mesh, they keep their
 /// own.
 TEST(Tracing, MeshesWithFewFlatPlacesHaveTheSurfaceOfTheirCells) {
@@ -239,22 +269,6 @@ TEST(Tracing, ManyOfOneShapeHaveTheSurfaceOfTheirCells) {
     ++compared;
     ASSERT_NO_FATAL_FAILURE(expect_equal(*surface, r.surface));
   }
-}
-
-model::Expression shifted(double x, double y, double z, const model::Expression& e) {
-  return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}, e);
-}
-
-/// The surface of the cells, which others that are of one region or four, or traced, must be equal to.
-TriangleSurface surface_in_all_ways(const model::Expression& e, double coincidence = 1e-9) {
-  auto r = resolved(e, {}, 0, coincidence);
-  expect_equal(resolved(e, {}, 2, coincidence).surface, r.surface);
-  const auto surface = traced(r.network, 1, 1);
-  EXPECT_TRUE(surface);
-  if (surface) expect_equal(*surface, r.surface);
-  EXPECT_TRUE(r.surface.is_closed());
-  EXPECT_NEAR(r.surface.volume(), r.volume, 1e-12 * r.volume);
-  return r.surface;
 }
 
 /// A prism's upright edge ends on the side of a box, above which it goes on: where it crosses the box's upper
