@@ -11,8 +11,9 @@
 
 namespace bsp2::geometry {
 
-TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told) {
-  return triangulated(table, std::move(skin), told).surface;
+TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told,
+                            unsigned threads) {
+  return triangulated(table, std::move(skin), told, threads).surface;
 }
 
 double TriangleSurface::area() const {

@@ -602,10 +602,11 @@ Skin without_interfaces(Skin skin) {
 
 }  // namespace
 
-Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surface, const ToldShare& told) {
+Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surface, const ToldShare& told,
+             unsigned threads) {
   const bool is_divided = has_interfaces(skin);
-  if (surface != nullptr && is_divided) *surface = triangulate(table, without_interfaces(skin));
-  TriangulatedSkin triangles = triangulated(table, std::move(skin), told);
+  if (surface != nullptr && is_divided) *surface = triangulate(table, without_interfaces(skin), {}, threads);
+  TriangulatedSkin triangles = triangulated(table, std::move(skin), told, threads);
   ExactPoints exact(table);
   Brep brep;
   brep.points = triangles.surface.points;

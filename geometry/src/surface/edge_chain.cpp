@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "bsp2/geometry/support/interruption.hpp"
+#include "surface/shared_ranges.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -18,6 +19,19 @@ std::pair<std::uint32_t, std::uint32_t> ends(const Skin::Edge& edge) {
 constexpr std::size_t few = 8;  // below it all pairs are looked at
 
 }  // namespace
+
+std::vector<std::uint32_t> group_by_face(EdgeChain& edges) {
+  std::vector<std::uint32_t> begin;  // of each face, then its end
+  for (const Skin::Edge& edge : edges) {
+    if (edge.face + std::size_t{2} > begin.size()) begin.resize(edge.face + std::size_t{2});
+    ++begin[edge.face + std::size_t{1}];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  EdgeChain grouped(edges.size());
+  for (const Skin::Edge& edge : edges) grouped[begin[edge.face]++] = edge;
+  edges.swap(grouped);
+  return begin;
+}
 
 void add_up(EdgeChain& edges) {
   sort_by_face(edges, [](const Skin::Edge& a, const Skin::Edge& b) {
@@ -136,8 +150,9 @@ void EdgeSplitter::collect_segments(std::span<const Skin::Face> faces, const Edg
       segments_.end());
 }
 
-bool EdgeSplitter::is_inside(const PointSet& points, const Segment& segment, std::uint32_t point) {
+bool EdgeSplitter::is_inside(const Search& search, const Segment& segment, std::uint32_t point) {
   if (point == segment.from || point == segment.to) return false;
+  const auto& [exact, points, inner] = search;
   const Vertex<3>&u = points.vertices[segment.from], &v = points.vertices[segment.to],
         &w = points.vertices[point];
   std::array<double, 3> along, to;
@@ -152,8 +167,8 @@ bool EdgeSplitter::is_inside(const PointSet& points, const Segment& segment, std
   const double reach = 2 * (u.error + v.error + w.error) + 0x1p-49 * std::sqrt(length);
   for (int k = 0; k < 3; ++k)
     if (std::fabs(to[k] - share * along[k]) > reach) return false;
-  return exact_.side(points, point, segment.plane) == 0 && exact_.side(points, point, segment.across) == 0 &&
-         exact_.is_between(points, segment.from, point, segment.to);
+  return exact.side(points, point, segment.plane) == 0 && exact.side(points, point, segment.across) == 0 &&
+         exact.is_between(points, segment.from, point, segment.to);
 }
 
 /// Makes a k-d tree: the one in the middle parts those before it from those after it, along its axis.
@@ -179,16 +194,17 @@ void EdgeSplitter::build(std::span<Candidate> candidates) {
 
 /// Follows a piece of a segment down the tree. Shares of its length are rounded by 2^-51 of it at most, for
 /// which the margin has room.
-void EdgeSplitter::find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates,
-                        double low, double high) {
+void EdgeSplitter::find(const Search& search, std::uint32_t number, std::span<const Candidate> candidates,
+                        double low, double high) const {
   const Segment& segment = segments_[number];
+  const PointSet& points = search.points;
   const auto &from = points.vertices[segment.from].x, &to = points.vertices[segment.to].x;
   const auto test = [&](const Candidate& candidate) {
     for (int k = 0; k < 3; ++k)
       if (candidate.x[k] < std::min(from[k], to[k]) - margin_ ||
           candidate.x[k] > std::max(from[k], to[k]) + margin_)
         return;
-    if (is_inside(points, segment, candidate.point)) inner_.emplace_back(number, candidate.point);
+    if (is_inside(search, segment, candidate.point)) search.inner.emplace_back(number, candidate.point);
   };
   if (candidates.size() <= few) {
     for (const Candidate& candidate : candidates) test(candidate);
@@ -201,10 +217,10 @@ void EdgeSplitter::find(const PointSet& points, std::uint32_t number, std::span<
   const double at_low = start + low * step, at_high = start + high * step;
   const auto share_at = [&](double position) { return std::clamp((position - start) / step, low, high); };
   if (const double top = middle.x[middle.axis] + margin_; std::min(at_low, at_high) <= top)
-    find(points, number, candidates.first(half), at_low > top ? share_at(top) : low,
+    find(search, number, candidates.first(half), at_low > top ? share_at(top) : low,
          at_high > top ? share_at(top) : high);
   if (const double bottom = middle.x[middle.axis] - margin_; std::max(at_low, at_high) >= bottom)
-    find(points, number, candidates.subspan(half + 1), at_low < bottom ? share_at(bottom) : low,
+    find(search, number, candidates.subspan(half + 1), at_low < bottom ? share_at(bottom) : low,
          at_high < bottom ? share_at(bottom) : high);
 }
 
@@ -222,31 +238,49 @@ void EdgeSplitter::sort_inner(const PointSet& points) {
   }
 }
 
-void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
-                         std::span<const std::uint32_t> others) {
-  if (edges.empty()) return;
-  collect_segments(faces, edges);
-  std::vector<std::uint32_t> used(others.begin(), others.end());
-  for (const Segment& segment : segments_) {
-    used.push_back(segment.from);
-    used.push_back(segment.to);
-  }
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
+/// In ascending order of points, as a tree.
+auto EdgeSplitter::candidates(const PointSet& points, std::span<const std::uint32_t> others)
+    -> std::vector<Candidate> {
+  std::vector<bool> is_used(points.size());
+  for (const std::uint32_t point : others) is_used[point] = true;
+  for (const Segment& segment : segments_) is_used[segment.from] = is_used[segment.to] = true;
   double largest_error = 0;
   std::vector<Candidate> candidates;
-  candidates.reserve(used.size());
-  for (const std::uint32_t point : used) {
+  for (std::uint32_t point = 0; point < points.size(); ++point) {
+    if (!is_used[point]) continue;
     candidates.push_back({points.vertices[point].x, point, 0});
     largest_error = std::max(largest_error, points.vertices[point].error);
   }
   margin_ = 8 * largest_error + 0x1p-48 * exact_.table().radius();
   build(candidates);
+  return candidates;
+}
+
+void EdgeSplitter::find_inner(const PointSet& points, std::span<const Candidate> candidates) {
+  std::vector<std::uint32_t> end_at(points.size() + 1);  // of the segments from each point
+  for (const Segment& segment : segments_) ++end_at[segment.from];
+  std::partial_sum(end_at.begin(), end_at.end(), end_at.begin());
+  // Segments from points that are near to each other, as in the tree, one after the other.
+  const SharedRanges ranges(candidates.size(), threads_);
+  std::vector<Inner> found(ranges.size());
+  ranges.run(exact_, [&](ExactPoints& exact, std::size_t range, std::size_t first, std::size_t end) {
+    const Search search{exact, points, found[range]};
+    for (std::size_t i = first; i < end; ++i) {
+      Interruption::check();
+      const std::uint32_t from = candidates[i].point;
+      for (std::uint32_t k = from > 0 ? end_at[from - 1] : 0; k < end_at[from]; ++k)
+        find(search, k, candidates, 0, 1);
+    }
+  });
   inner_.clear();
-  for (std::uint32_t i = 0; i < segments_.size(); ++i) {
-    Interruption::check();
-    find(points, i, candidates, 0, 1);
-  }
+  for (const Inner& some : found) inner_.insert(inner_.end(), some.begin(), some.end());
+}
+
+void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
+                         std::span<const std::uint32_t> others) {
+  if (edges.empty()) return;
+  collect_segments(faces, edges);
+  find_inner(points, candidates(points, others));
   if (inner_.empty()) return;
   sort_inner(points);
 

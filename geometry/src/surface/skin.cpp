@@ -1,8 +1,9 @@
 #include <algorithm>
-#include <numeric>
 #include <utility>
+#include <vector>
 
 #include "bsp2/geometry/surface/contact.hpp"
+#include "surface/counted_order.hpp"
 
 namespace bsp2::geometry {
 
@@ -20,10 +21,10 @@ void Skin::append(const Skin& other) {
 }
 
 void Skin::weld() {
-  std::vector<std::uint32_t> order(vertices.size()), place(vertices.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return vertices[a] < vertices[b]; });
+  const auto order = counted_order(
+      vertices.size(), [&](std::size_t i) { return vertices[i][0]; },
+      [&](std::uint32_t a, std::uint32_t b) { return vertices[a] < vertices[b]; });
+  std::vector<std::uint32_t> place(vertices.size());
   Skin united;
   united.incident.reserve(incident.size());
   std::vector<HyperplaneId> known;

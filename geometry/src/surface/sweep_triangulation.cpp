@@ -1,6 +1,7 @@
 #include "surface/sweep_triangulation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 #include "surface/no_index.hpp"
@@ -33,33 +34,50 @@ void SweepTriangulator::triangulate(ExactPoints& exact, const PointSet& points, 
   points_ = &points;
   frame_ = &frame;
   triangles_ = &triangles;
+  if (is_triangle(edges)) return;
   load(edges);
   for (std::uint32_t v = 0; v < vertices_.size(); ++v) sweep_over(v);
   if (!crossed_.empty()) fail();
 }
 
+/// Most faces of meshes are one: it is the same as the sweep makes, which begins before the last vertex.
+bool SweepTriangulator::is_triangle(std::span<const Skin::Edge> edges) {
+  if (edges.size() != 3) return false;
+  const bool is_second_next = edges[0].to == edges[1].from;
+  const Skin::Edge &next = edges[is_second_next ? 1 : 2], &last = edges[is_second_next ? 2 : 1];
+  if (edges[0].to != next.from || next.to != last.from || last.to != edges[0].from) return false;
+  const auto vertex = [&](std::uint32_t point) -> const Vertex<3>& { return points_->vertices[point]; };
+  std::array<std::uint32_t, 3> corners{edges[0].from, next.from, last.from};
+  if (frame_->orientation(vertex(corners[0]), vertex(corners[1]), vertex(corners[2])) <= 0) return false;
+  while (!frame_->is_left_of(vertex(corners[0]), vertex(corners[1])) ||
+         !frame_->is_left_of(vertex(corners[2]), vertex(corners[1])))
+    std::rotate(corners.begin(), corners.begin() + 1, corners.end());
+  triangles_->push_back(corners);
+  return true;
+}
+
 void SweepTriangulator::load(std::span<const Skin::Edge> edges) {
   vertices_.clear();
-  for (const Skin::Edge& edge : edges) {
-    vertices_.push_back(edge.from);
-    vertices_.push_back(edge.to);
-  }
+  for (const Skin::Edge& edge : edges) vertices_.push_back(edge.from);  // which leave where others end
   std::sort(vertices_.begin(), vertices_.end());
   vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
-  std::vector<std::uint32_t> by_point = vertices_, rank(vertices_.size());
+  by_point_ = vertices_;
+  rank_.resize(vertices_.size());
   std::sort(vertices_.begin(), vertices_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return a != b && frame_->is_left_of(points_->vertices[a], points_->vertices[b]);
   });
   const auto index = [&](std::uint32_t point) {
-    return std::lower_bound(by_point.begin(), by_point.end(), point) - by_point.begin();
+    const auto at = std::lower_bound(by_point_.begin(), by_point_.end(), point);
+    if (at == by_point_.end() || *at != point) fail();
+    return at - by_point_.begin();
   };
-  for (std::uint32_t v = 0; v < vertices_.size(); ++v) rank[index(vertices_[v])] = v;
+  for (std::uint32_t v = 0; v < vertices_.size(); ++v) rank_[index(vertices_[v])] = v;
 
   edges_.clear();
   in_count_.assign(vertices_.size(), 0);
   first_out_.assign(vertices_.size() + 1, 0);
   for (const Skin::Edge& edge : edges) {
-    const std::uint32_t from = rank[index(edge.from)], to = rank[index(edge.to)];
+    const std::uint32_t from = rank_[index(edge.from)], to = rank_[index(edge.to)];
     edges_.push_back({std::min(from, to), std::max(from, to), from < to, none});
     ++in_count_[edges_.back().right];
     ++first_out_[edges_.back().left + 1];

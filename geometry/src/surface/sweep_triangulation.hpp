@@ -46,6 +46,7 @@ class SweepTriangulator {
   const PointSet* points_ = nullptr;
   const PlaneFrame* frame_ = nullptr;
   std::vector<std::array<std::uint32_t, 3>>* triangles_ = nullptr;
+  std::vector<std::uint32_t> by_point_, rank_;  // points ascending, and the vertex of each
   std::vector<std::uint32_t>
       vertices_;             // points in the order of the sweep; elsewhere a vertex is an index into it
   std::vector<Edge> edges_;  // by left end, those of one vertex from below to above
@@ -56,6 +57,7 @@ class SweepTriangulator {
   std::vector<std::uint32_t> chain_vertices_, path_;
 
   [[nodiscard]] int orientation(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  bool is_triangle(std::span<const Skin::Edge> edges);
   void load(std::span<const Skin::Edge> edges);
   void sweep_over(std::uint32_t vertex);
   void emit(std::uint32_t a, std::uint32_t b, std::uint32_t c);

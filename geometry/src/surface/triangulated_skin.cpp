@@ -6,20 +6,23 @@
 #include <numeric>
 #include <optional>
 #include <stdexcept>
+#include <thread>
 #include <tuple>
 
 #include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/surface/edge_chain.hpp"
+#include "surface/counted_order.hpp"
+#include "surface/face_triangulation.hpp"
 #include "surface/no_index.hpp"
-#include "surface/sweep_triangulation.hpp"
+#include "surface/shared_ranges.hpp"
 
 namespace bsp2::geometry {
 namespace {
 
-/// Tells how far a work of several steps is.
+/// Tells how far a work of several steps is, on the thread that made it alone.
 class Steps {
  public:
-  explicit Steps(const ToldShare& told) : told_(told) {}
+  explicit Steps(const ToldShare& told) : told_(told), thread_(std::this_thread::get_id()) {}
   /// The next step leads from one share to another one.
   void begin(double from, double to) {
     from_ = from;
@@ -29,25 +32,27 @@ class Steps {
   }
   void within(std::size_t done, std::size_t all) const {
     constexpr std::size_t seldom = 1024;
-    if (++calls_ % seldom != 0) return;
+    if (std::this_thread::get_id() != thread_ || ++calls_ % seldom != 0) return;
     Interruption::check();
     if (told_) told_(from_ + (to_ - from_) * static_cast<double>(done) / static_cast<double>(all));
   }
 
  private:
   const ToldShare& told_;
+  std::thread::id thread_;
   double from_ = 0, to_ = 0;
   mutable std::size_t calls_ = 0;
 };
 
 /// Puts the faces in an order that does not depend on how they were found.
 void sort_faces(Skin& skin) {
-  std::vector<std::uint32_t> order(skin.faces.size()), place(skin.faces.size());
-  std::iota(order.begin(), order.end(), 0u);
+  std::vector<std::uint32_t> place(skin.faces.size());
   const auto key = [&](std::uint32_t i) {
     return std::tuple(skin.faces[i].outward.code, skin.faces[i].owner, skin.faces[i].other);
   };
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  const auto order = counted_order(
+      skin.faces.size(), [&](std::size_t i) { return skin.faces[i].outward.code; },
+      [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
   std::vector<Skin::Face> faces;
   for (const std::uint32_t old : order) {
     if (faces.empty() || faces.back() != skin.faces[old]) faces.push_back(skin.faces[old]);
@@ -58,13 +63,19 @@ void sort_faces(Skin& skin) {
 }
 
 /// The vertices of a skin, equal ones once; the edges are renumbered.
-PointSet unite_points(const HyperplaneTable<3>& table, Skin& skin) {
+PointSet unite_points(ExactPoints& exact, unsigned threads, Skin& skin) {
   PointSet points;
-  points.vertices = make_vertices(table, skin.vertices);  // named by ascending ids
+  points.vertices.resize(skin.vertices.size());
+  SharedRanges(skin.vertices.size(), threads)
+      .run(exact, [&](ExactPoints&, std::size_t, std::size_t first, std::size_t end) {
+        const std::span names(skin.vertices);  // ascending
+        const auto some = make_vertices(exact.table(), names.subspan(first, end - first));
+        std::copy(some.begin(), some.end(), points.vertices.begin() + static_cast<std::ptrdiff_t>(first));
+      });
   points.offset = std::move(skin.incident_offset);
   points.planes = std::move(skin.incident);
   skin.vertices = {};
-  const auto map = ExactPoints(table).unify(points);
+  const auto map = ExactPoints(exact.table()).unify(points);
   for (Skin::Edge& edge : skin.edges) {
     edge.from = map[edge.from];
     edge.to = map[edge.to];
@@ -73,22 +84,32 @@ PointSet unite_points(const HyperplaneTable<3>& table, Skin& skin) {
 }
 
 /// Adds up the edges of each plane line by line: those on both sides of a cut between regions were added up
-/// apart.
-void add_up_lines(ExactPoints& exact, const PointSet& points, Skin& skin) {
-  const auto plane = [&](const Skin::Edge& edge) { return skin.faces[edge.face].outward.id(); };
-  std::sort(skin.edges.begin(), skin.edges.end(),
-            [&](const Skin::Edge& a, const Skin::Edge& b) { return plane(a) < plane(b); });
-  LineAdder adder(exact);
-  EdgeChain sum, edges;
-  sum.reserve(skin.edges.size());
-  for (std::size_t begin = 0, end = 0; begin < skin.edges.size(); begin = end) {
-    while (end < skin.edges.size() && plane(skin.edges[end]) == plane(skin.edges[begin])) ++end;
-    edges.assign(skin.edges.begin() + static_cast<std::ptrdiff_t>(begin),
-                 skin.edges.begin() + static_cast<std::ptrdiff_t>(end));
-    adder.add_up(points, plane(skin.edges[begin]), edges);
-    sum.insert(sum.end(), edges.begin(), edges.end());
+/// apart. @pre faces of one plane follow each other.
+void add_up_lines(ExactPoints& exact, unsigned threads, const PointSet& points, Skin& skin) {
+  group_by_face(skin.edges);
+  const auto plane = [&](std::size_t edge) { return skin.faces[skin.edges[edge].face].outward.id(); };
+  const SharedRanges ranges(skin.edges.size(), threads);
+  std::vector<EdgeChain> sums(ranges.size());
+  // Those of the planes that begin in a range.
+  ranges.run(exact, [&](ExactPoints& own, std::size_t range, std::size_t first, std::size_t last) {
+    LineAdder adder(own);
+    EdgeChain edges;
+    std::size_t begin = first, end = first;
+    if (first > 0)
+      while (begin < last && plane(begin) == plane(first - 1)) ++begin;
+    for (; begin < last; begin = end) {
+      for (end = begin; end < skin.edges.size() && plane(end) == plane(begin);) ++end;
+      edges.assign(skin.edges.begin() + static_cast<std::ptrdiff_t>(begin),
+                   skin.edges.begin() + static_cast<std::ptrdiff_t>(end));
+      adder.add_up(points, plane(begin), edges);
+      sums[range].insert(sums[range].end(), edges.begin(), edges.end());
+    }
+  });
+  skin.edges.clear();
+  for (EdgeChain& sum : sums) {
+    skin.edges.insert(skin.edges.end(), sum.begin(), sum.end());
+    sum = {};
   }
-  skin.edges = std::move(sum);
 }
 
 /// Joins the edges at vertices in which no more happens than that straight edges go on, in all faces: one, or
@@ -97,8 +118,8 @@ void add_up_lines(ExactPoints& exact, const PointSet& points, Skin& skin) {
 class Straightener {
  public:
   /// @param skin its edges are used up.
-  Straightener(ExactPoints& exact, const PointSet& points, Skin& skin)
-      : exact_(exact), points_(points), skin_(skin) {}
+  Straightener(ExactPoints& exact, unsigned threads, const PointSet& points, Skin& skin)
+      : exact_(exact), threads_(threads), points_(points), skin_(skin) {}
 
   EdgeChain run() {
     find_straight();
@@ -123,12 +144,16 @@ class Straightener {
   };
 
   ExactPoints& exact_;
+  unsigned threads_;
   const PointSet& points_;
   Skin& skin_;
-  std::vector<bool> straight_;
-  // Of the point at hand.
-  std::vector<Neighbour> neighbours_;
-  std::vector<std::pair<std::uint32_t, int>> changes_;
+  std::vector<unsigned char> straight_;  // no bits: several threads write
+  /// Of the point at hand, on one thread.
+  struct Scratch {
+    ExactPoints& exact;
+    std::vector<Neighbour> neighbours;
+    std::vector<std::pair<std::uint32_t, int>> changes;
+  };
 
   void find_straight() {
     std::vector<std::uint32_t> end_at(points_.size() + 1), edges_at(2 * skin_.edges.size());
@@ -138,9 +163,16 @@ class Straightener {
     for (std::uint32_t i = 0; i < skin_.edges.size(); ++i)
       for (const std::uint32_t point : {skin_.edges[i].from, skin_.edges[i].to})
         edges_at[end_at[point]++] = i;
-    straight_.assign(points_.size(), false);
-    for (std::uint32_t point = 0, begin = 0; point < points_.size(); begin = end_at[point++])
-      straight_[point] = all_go_on(point, std::span(edges_at).subspan(begin, end_at[point] - begin));
+    straight_.resize(points_.size());
+    SharedRanges(points_.size(), threads_)
+        .run(exact_, [&](ExactPoints& exact, std::size_t, std::size_t first, std::size_t end) {
+          Scratch scratch{exact, {}, {}};
+          for (std::size_t point = first; point < end; ++point) {
+            const std::uint32_t begin = point > 0 ? end_at[point - 1] : 0;
+            straight_[point] = all_go_on(scratch, static_cast<std::uint32_t>(point),
+                                         std::span(edges_at).subspan(begin, end_at[point] - begin));
+          }
+        });
   }
 
   [[nodiscard]] std::uint32_t other_end(std::uint32_t edge, std::uint32_t point) const {
@@ -148,39 +180,42 @@ class Straightener {
     return e.from == point ? e.to : e.from;
   }
 
-  bool all_go_on(std::uint32_t point, std::span<const std::uint32_t> edges) {
-    neighbours_.clear();
-    for (const std::uint32_t edge : edges) neighbours_.push_back({other_end(edge, point), edge});
-    std::ranges::sort(neighbours_, {}, &Neighbour::point);
+  bool all_go_on(Scratch& scratch, std::uint32_t point, std::span<const std::uint32_t> edges) {
+    auto& neighbours = scratch.neighbours;
+    neighbours.clear();
+    for (const std::uint32_t edge : edges) neighbours.push_back({other_end(edge, point), edge});
+    std::ranges::sort(neighbours, {}, &Neighbour::point);
     // Not the one of std::ranges: clang 14, which builds the fuzz targets, cannot read libstdc++'s subrange.
     const auto is_same = [](const Neighbour& a, const Neighbour& b) { return a.point == b.point; };
-    neighbours_.erase(std::unique(neighbours_.begin(), neighbours_.end(), is_same), neighbours_.end());
-    if (neighbours_.empty() || neighbours_.size() % 2 != 0) return false;
-    while (!neighbours_.empty()) {
-      const Neighbour here = neighbours_.back();
-      neighbours_.pop_back();
-      const auto beyond = std::ranges::find_if(neighbours_, [&](const Neighbour& other) {
+    neighbours.erase(std::unique(neighbours.begin(), neighbours.end(), is_same), neighbours.end());
+    if (neighbours.empty() || neighbours.size() % 2 != 0) return false;
+    while (!neighbours.empty()) {
+      const Neighbour here = neighbours.back();
+      neighbours.pop_back();
+      const auto beyond = std::ranges::find_if(neighbours, [&](const Neighbour& other) {
         const Skin::Edge& edge = skin_.edges[here.edge];
-        return exact_.side(points_, other.point, skin_.faces[edge.face].outward.id()) == 0 &&
-               exact_.side(points_, other.point, edge.across) == 0;
+        return scratch.exact.side(points_, other.point, skin_.faces[edge.face].outward.id()) == 0 &&
+               scratch.exact.side(points_, other.point, edge.across) == 0;
       });
-      if (beyond == neighbours_.end() || !goes_on(point, edges, here.point, beyond->point)) return false;
-      neighbours_.erase(beyond);
+      if (beyond == neighbours.end() || !goes_on(scratch.changes, point, edges, here.point, beyond->point))
+        return false;
+      neighbours.erase(beyond);
     }
     return true;
   }
 
   /// Whether each face has as many edges on the one side of a point of a line as on the other.
-  bool goes_on(std::uint32_t point, std::span<const std::uint32_t> edges, std::uint32_t a, std::uint32_t b) {
-    changes_.clear();
+  bool goes_on(std::vector<std::pair<std::uint32_t, int>>& changes, std::uint32_t point,
+               std::span<const std::uint32_t> edges, std::uint32_t a, std::uint32_t b) {
+    changes.clear();
     for (const std::uint32_t edge : edges)
       if (const std::uint32_t other = other_end(edge, point); other == a || other == b)
-        changes_.emplace_back(skin_.edges[edge].face, skin_.edges[edge].to == point ? 1 : -1);
-    std::ranges::sort(changes_);
-    for (std::size_t begin = 0, end = 0; begin < changes_.size(); begin = end) {
+        changes.emplace_back(skin_.edges[edge].face, skin_.edges[edge].to == point ? 1 : -1);
+    std::ranges::sort(changes);
+    for (std::size_t begin = 0, end = 0; begin < changes.size(); begin = end) {
       int sum = 0;
-      for (; end < changes_.size() && changes_[end].first == changes_[begin].first; ++end)
-        sum += changes_[end].second;
+      for (; end < changes.size() && changes[end].first == changes[begin].first; ++end)
+        sum += changes[end].second;
       if (sum != 0) return false;
     }
     return true;
@@ -201,12 +236,25 @@ class Straightener {
 /// of the planes of faces that meet in a point those three that are furthest from parallel.
 class Renaming {
  public:
-  Renaming(ExactPoints& exact, PointSet& points, Skin& skin) : exact_(exact), points_(points), skin_(skin) {}
+  Renaming(ExactPoints& exact, unsigned threads, PointSet& points, Skin& skin)
+      : exact_(exact), threads_(threads), points_(points), skin_(skin) {}
 
   void run() {
     find_planes();
-    for (std::uint32_t point = 0; point < points_.size(); ++point)
-      if (planes_[point].count >= 3) rename(point);
+    const SharedRanges ranges(points_.size(), threads_);
+    std::vector<std::vector<std::uint32_t>> flat(ranges.size());  // points whose planes are nearly parallel
+    ranges.run(exact_, [&](ExactPoints&, std::size_t range, std::size_t first, std::size_t end) {
+      for (std::size_t point = first; point < end; ++point) {
+        if (planes_[point].count < 3) continue;
+        if (const auto name = name_of(point))
+          rename(point, *name);
+        else
+          flat[range].push_back(static_cast<std::uint32_t>(point));
+      }
+    });
+    for (const auto& some : flat)
+      for (const std::uint32_t point : some)
+        if (const auto name = first_independent(all_planes(point))) rename(point, *name);
     renumber();
   }
 
@@ -228,6 +276,7 @@ class Renaming {
     }
   };
   ExactPoints& exact_;
+  unsigned threads_;
   PointSet& points_;
   Skin& skin_;
   std::vector<Planes> planes_;
@@ -241,14 +290,13 @@ class Renaming {
         planes_[point].add(skin_.faces[edge.face].outward.id());
   }
 
-  void rename(std::uint32_t point) {
-    const auto name = name_of(point);
-    if (name && *name != points_.vertices[point].hyperplanes)
-      points_.vertices[point] = canonical_vertex(exact_.table(), *name);
+  void rename(std::size_t point, const std::array<HyperplaneId, 3>& name) {
+    if (name != points_.vertices[point].hyperplanes)
+      points_.vertices[point] = canonical_vertex(exact_.table(), name);
   }
 
-  /// Three of the planes; where none of those known are far from parallel, the first that are independent.
-  [[nodiscard]] std::optional<std::array<HyperplaneId, 3>> name_of(std::uint32_t point) {
+  /// Three of the planes; nothing where none of those known are far from parallel. By several threads.
+  [[nodiscard]] std::optional<std::array<HyperplaneId, 3>> name_of(std::size_t point) const {
     constexpr double surely_independent = 0x1p-20;
     const Planes& planes = planes_[point];
     std::array<std::array<double, 3>, Planes::most> normals;
@@ -266,7 +314,7 @@ class Renaming {
           largest = size;
           name = {planes.ids[i], planes.ids[j], planes.ids[k]};
         }
-    return largest > surely_independent ? name : first_independent(all_planes(point));
+    return largest > surely_independent ? name : std::nullopt;
   }
   std::vector<HyperplaneId> all_planes(std::uint32_t point) {
     if (end_at_.empty()) find_all_planes();
@@ -301,16 +349,18 @@ class Renaming {
   }
 
   void renumber() {
-    std::vector<std::uint32_t> order, number(points_.size(), none);
+    std::vector<std::uint32_t> number(points_.size(), none);
+    std::vector<std::pair<double, std::uint32_t>> order;  // most differ in the first coordinate
     for (std::uint32_t point = 0; point < points_.size(); ++point)
-      if (planes_[point].count > 0) order.push_back(point);
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-      const Vertex<3>&p = points_.vertices[a], &q = points_.vertices[b];
+      if (planes_[point].count > 0) order.emplace_back(points_.vertices[point].x[0], point);
+    std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
+      if (a.first != b.first) return a.first < b.first;
+      const Vertex<3>&p = points_.vertices[a.second], &q = points_.vertices[b.second];
       return std::tie(p.x, p.hyperplanes) < std::tie(q.x, q.hyperplanes);
     });
     PointSet used;
     used.vertices.reserve(order.size());
-    for (const std::uint32_t point : order) {
+    for (const auto& [x, point] : order) {
       number[point] = static_cast<std::uint32_t>(used.size());
       used.add(points_.vertices[point], points_.planes_of(point));
     }
@@ -325,83 +375,33 @@ class Renaming {
   }
 };
 
-/// Where edges of one face cross though none ends there: three lines through a point with every other one of
-/// the six sectors in the face, so that each line goes straight on. Looked for only where a face could not be
-/// triangulated.
-void add_crossings(ExactPoints& exact, std::span<const Skin::Edge> edges, OrientedHyperplane outward,
-                   PointSet& points) {
-  const auto part = [&](const Skin::Edge& a, const Skin::Edge& b) {
-    return exact.side(points, a.from, b.across) * exact.side(points, a.to, b.across) < 0;
-  };
-  // Most edges of a large face are far from each other, which their boxes tell.
-  std::vector<std::array<double, 6>> boxes;
-  for (const Skin::Edge& edge : edges) {
-    const Vertex<3>&u = points.vertices[edge.from], &v = points.vertices[edge.to];
-    std::array<double, 6> box{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      box[axis] = std::min(u.x[axis] - u.error, v.x[axis] - v.error);
-      box[3 + axis] = std::max(u.x[axis] + u.error, v.x[axis] + v.error);
-    }
-    boxes.push_back(box);
-  }
-  const auto are_apart = [&](std::size_t i, std::size_t k) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (boxes[i][axis] > boxes[k][3 + axis] || boxes[k][axis] > boxes[i][3 + axis]) return true;
-    return false;
-  };
-  for (std::size_t i = 0; i < edges.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k) {
-      if (are_apart(i, k) || !part(edges[i], edges[k]) || !part(edges[k], edges[i])) continue;
-      const Vertex<3> vertex =
-          canonical_vertex(exact.table(), {outward.id(), edges[i].across, edges[k].across});
-      points.add(vertex, vertex.hyperplanes);
-    }
-}
-
-/// The triangles of all faces. @return whether all could be made; else the points are more, to divide edges
-/// at.
-bool triangulate_faces(ExactPoints& exact, const Skin& skin, TriangulatedSkin& result, const Steps& steps) {
-  const EdgeChain& edges = skin.edges;
-  PointSet& points = result.points;
+/// Numbers the points in the order in which the triangles name them.
+void put_together(const EdgeChain& edges, const Skin& skin, const FaceTriangles& triangles,
+                  TriangulatedSkin& result) {
   TriangleSurface& surface = result.surface = {};
   result.face_of_triangle.clear();
   result.point_of_surface.clear();
-  surface.points.reserve(points.size());
-  surface.triangles.reserve(edges.size());
-  surface.owner.reserve(edges.size());
-  const std::size_t known = points.size();
-  SweepTriangulator triangulator;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<std::uint32_t> number(known, none);
-  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
-    const Skin::Face& face = skin.faces[edges[begin].face];
-    while (end < edges.size() && edges[end].face == edges[begin].face) ++end;
-    steps.within(begin, edges.size());
-    const auto of_face = std::span(edges).subspan(begin, end - begin);
-    triangles.clear();
-    try {
-      triangulator.triangulate(exact, points, face.outward, of_face, triangles);
-    } catch (const std::logic_error&) {
-      const std::size_t before = points.size();
-      add_crossings(exact, of_face, face.outward, points);
-      if (points.size() == before) throw;
-    }
-    for (auto& triangle : triangles) {
+  surface.points.reserve(result.points.size());
+  surface.triangles.reserve(triangles.triangles.size());
+  surface.owner.reserve(triangles.triangles.size());
+  std::vector<std::uint32_t> number(result.points.size(), none);
+  std::size_t done = 0;
+  for (const auto& [first_edge, end] : triangles.faces)
+    for (const std::uint32_t face = edges[first_edge].face; done < end; ++done) {
+      auto triangle = triangles.triangles[done];
       for (std::uint32_t& point : triangle) {
         if (number[point] == none) {
           number[point] = static_cast<std::uint32_t>(surface.points.size());
           result.point_of_surface.push_back(point);
-          const auto& x = points.vertices[point].x;
+          const auto& x = result.points.vertices[point].x;
           surface.points.push_back({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0});  // no negative zeros
         }
         point = number[point];
       }
       surface.triangles.push_back(triangle);
-      surface.owner.push_back(face.owner);
-      result.face_of_triangle.push_back(edges[begin].face);
+      surface.owner.push_back(skin.faces[face].owner);
+      result.face_of_triangle.push_back(face);
     }
-  }
-  return points.size() == known;
 }
 
 /// Divides edges at the points from `first` on, which may be the same as others.
@@ -418,26 +418,33 @@ void divide_at(ExactPoints& exact, PointSet& points, std::size_t first, Skin& sk
 
 }  // namespace
 
-TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told) {
+TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told,
+                              unsigned threads) {
   Steps steps(told);
   ExactPoints exact(table);
   sort_faces(skin);
   skin.weld();
   TriangulatedSkin result;
-  PointSet& points = result.points = unite_points(table, skin);
+  PointSet& points = result.points = unite_points(exact, threads, skin);
   steps.begin(0.25, 0.4);
-  add_up_lines(exact, points, skin);
+  add_up_lines(exact, threads, points, skin);
   add_up(skin.edges);
   steps.begin(0.4, 0.55);
-  EdgeSplitter(exact).split(points, skin.faces, skin.edges);
+  EdgeSplitter(exact, threads).split(points, skin.faces, skin.edges);
   add_up(skin.edges);
   steps.begin(0.55, 0.7);
-  skin.edges = Straightener(exact, points, skin).run();
+  skin.edges = Straightener(exact, threads, points, skin).run();
   for (;;) {
-    Renaming(exact, points, skin).run();
+    Renaming(exact, threads, points, skin).run();
     const std::size_t known = points.size();
     steps.begin(0.7, 1);
-    if (triangulate_faces(exact, skin, result, steps)) break;
+    const auto triangles =
+        triangulated_faces(exact, threads, points, skin.faces, skin.edges,
+                           [&](std::size_t done) { steps.within(done, skin.edges.size()); });
+    if (points.size() == known) {
+      put_together(skin.edges, skin, triangles, result);
+      break;
+    }
     const std::size_t undivided = skin.edges.size();
     divide_at(exact, points, known, skin);
     if (skin.edges.size() <= undivided)

@@ -23,7 +23,8 @@ struct TriangulatedSkin {
   std::vector<std::uint32_t> point_of_surface;  ///< for each point of `surface`, that of `points`
 };
 
-/// @throws std::logic_error if the skin is not that of a solid.
-TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told);
+/// The same for any number of threads. @throws std::logic_error if the skin is not that of a solid.
+TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told,
+                              unsigned threads);
 
 }  // namespace bsp2::geometry

@@ -79,8 +79,8 @@ std::optional<TracedBoundary> trace_boundary(Ranks& ranks, dataflow::Network<3>&
   if (std::ranges::find(found, 0U) != found.end()) return std::nullopt;
   ranks.begin("resolution", 1);
   TracedBoundary result;
-  find_boundary(ranks, network.table, std::move(traced.skin), options.faces, result.boundary, result.faces,
-                told_share(ranks, options, traced_share, 1));
+  find_boundary(ranks, network.table, std::move(traced.skin), options.faces, threads, result.boundary,
+                result.faces, told_share(ranks, options, traced_share, 1));
   return result;
 }
 
@@ -107,8 +107,8 @@ std::optional<RunResult> tracing(Ranks& ranks, dataflow::Network<3>& network, co
   if (report.interrupted) return result;
   if (has_given_up) return std::nullopt;
   ranks.begin("resolution");
-  find_boundary(ranks, network.table, std::move(traced.skin), options.faces, result.boundary, result.faces,
-                told_share(ranks, options, 0, 1));
+  find_boundary(ranks, network.table, std::move(traced.skin), options.faces, before.threads, result.boundary,
+                result.faces, told_share(ranks, options, 0, 1));
   if (result.boundary) measure(report, *result.boundary);
   return result;
 }

@@ -376,8 +376,8 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
     result.contacts = std::move(mine.contacts);
     if (!options.boundary) return result;
     ranks.begin("resolution", 1);
-    find_boundary(ranks, network.table, std::move(mine.skin), options.faces, result.boundary, result.faces,
-                  told_share(ranks, options, glued, 1));
+    find_boundary(ranks, network.table, std::move(mine.skin), options.faces, threads, result.boundary,
+                  result.faces, told_share(ranks, options, glued, 1));
   } else if constexpr (D == 2)
     if (options.boundary && options.outlines) result.outlines = outlines_of(ranks, network, std::move(share));
   return result;
@@ -388,7 +388,7 @@ geometry::ToldShare told_share(const Ranks& ranks, const RunOptions& options, do
   return [&options, from, to](double done) { options.on_progress(from + done * (to - from), 0); };
 }
 
-void find_boundary(Ranks& ranks, const Table& table, geometry::Skin mine, bool with_faces,
+void find_boundary(Ranks& ranks, const Table& table, geometry::Skin mine, bool with_faces, unsigned threads,
                    std::optional<geometry::TriangleSurface>& boundary, std::optional<geometry::Brep>& faces,
                    const geometry::ToldShare& told) {
   std::string bytes;
@@ -405,9 +405,9 @@ void find_boundary(Ranks& ranks, const Table& table, geometry::Skin mine, bool w
     }
     if (!ranks.is_master()) return;
     if (with_faces)
-      faces = geometry::brep_of(table, std::move(mine), &boundary.emplace(), told);
+      faces = geometry::brep_of(table, std::move(mine), &boundary.emplace(), told, threads);
     else
-      boundary = geometry::triangulate(table, std::move(mine), told);
+      boundary = geometry::triangulate(table, std::move(mine), told, threads);
   });
 }
 

@@ -164,7 +164,7 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
 /// Puts the skins that the ranks have found together: on the master, the boundary, and its faces if they are
 /// wanted. Collective.
 void find_boundary(Ranks& ranks, const geometry::HyperplaneTable<3>& table, geometry::Skin mine,
-                   bool with_faces, std::optional<geometry::TriangleSurface>& boundary,
+                   bool with_faces, unsigned threads, std::optional<geometry::TriangleSurface>& boundary,
                    std::optional<geometry::Brep>& faces, const geometry::ToldShare& told);
 
 /// Tells whoever follows the run of a part of a superstep, which leads from one share of it to another one;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "bsp2/dataflow/surface/surface.hpp"
+#include "bsp2/geometry/surface/brep.hpp"
 #include "resolution/resolved.hpp"
 #include "support/rounds.hpp"
 
@@ -81,6 +82,7 @@ TEST_P(RandomTracing, IsTheSurfaceOfTheCells) {
 }
 
 using Points = std::vector<std::array<double, 3>>;
+using Outline = std::vector<std::array<double, 2>>;
 using Faces = std::vector<std::vector<std::uint32_t>>;
 
 /// Moves a corner of some facets into the plane of a facet beside, as near as doubles tell.
@@ -305,6 +307,36 @@ TEST(Tracing, EdgesOfOneFaceThatCrossAreDivided) {
       model::unite({prism({{0, 0}, {2, 0}, {2, 2}}, 0, 1), prism({{0, 0}, {0, 2}, {-2, 0}}, 0, 1),
                     prism({{0, 0}, {-2, -2}, {0, -2}}, 0, 1)}));
   EXPECT_EQ(surface.points.size(), 14);
+}
+
+/// Many edges, among them some that have to be divided where they cross, put together by several threads.
+TEST(Tracing, ThreadsPutTheSameSurfaceTogether) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  std::vector<model::Expression> operands;
+  for (int i = 0; i < 100; ++i) {
+    const double x = i % 10, y = i / 10;
+    operands.push_back(shifted(4 * x, 4 * y, 0, model::sphere(1.5, 8)));
+    if (chance(random, 0.3))
+      for (const auto& outline : {Outline{{0, 0}, {2, 0}, {2, 2}}, Outline{{0, 0}, {0, 2}, {-2, 0}},
+                                  Outline{{0, 0}, {-2, -2}, {0, -2}}})
+        operands.push_back(shifted(4 * x, 4 * y, 3, prism(outline, 0, 1)));
+    else
+      operands.push_back(shifted(
+          4 * x, 4 * y, 1, model::transform(free_matrix(random, 3, 1), model::cuboid({1, 1, 1}, true))));
+  }
+  auto r = resolved(model::unite(operands), {}, 0, 1e-9);
+  const TracedSurface skin = trace_surface(r.network, {});
+  ASSERT_FALSE(skin.has_given_up);
+  ASSERT_GT(r.surface.triangles.size(), 4096);  // several shares of work
+  for (const unsigned threads : {1U, 2U, 5U})
+    ASSERT_NO_FATAL_FAILURE(expect_equal(triangulate(r.network.table, skin.skin, {}, threads), r.surface));
+  const auto faces = geometry::brep_of(r.network.table, skin.skin),
+             also = geometry::brep_of(r.network.table, skin.skin, nullptr, {}, 3);
+  EXPECT_EQ(faces.points, also.points);
+  EXPECT_EQ(faces.triangles, also.triangles);
+  EXPECT_EQ(faces.face_of_triangle, also.face_of_triangle);
 }
 
 /// Of three solids of one shape the last has all its facets in space, but a corner that the end of space,

@@ -33,9 +33,10 @@ using ToldShare = std::function<void(double done)>;
 ///
 /// The result is closed if the skin is that of a whole solid. It has no T-vertices: no vertex lies inside an
 /// edge, not even where two parts of the surface merely touch. Vertices in the middle of a straight edge are
-/// dropped, none is added. The result depends on the set of cells alone, not on their order. All decisions
-/// are exact; the points are rounded last. Source of the triangulation: Hertel, Mehlhorn, "Fast triangulation
-/// of the plane with respect to simple polygons" (1985).
-TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told = {});
+/// dropped, none is added. The result depends on the set of cells alone, not on their order nor on `threads`.
+/// All decisions are exact; the points are rounded last. Source of the triangulation: Hertel, Mehlhorn, "Fast
+/// triangulation of the plane with respect to simple polygons" (1985).
+TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told = {},
+                            unsigned threads = 1);
 
 }  // namespace bsp2::geometry

@@ -98,6 +98,6 @@ struct Brep {
 /// The complex of a skin. @param surface gets what `triangulate` makes of it without interfaces, if not null.
 /// @throws std::logic_error if it is not that of a solid.
 [[nodiscard]] Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surface = nullptr,
-                           const ToldShare& told = {});
+                           const ToldShare& told = {}, unsigned threads = 1);
 
 }  // namespace bsp2::geometry

@@ -18,18 +18,14 @@ namespace bsp2::geometry {
 /// What has cancelled is gone: edges that run along each other in opposite directions leave no trace.
 using EdgeChain = std::vector<Skin::Edge>;
 
+/// Puts the edges of one face beside each other, the faces in their order; in linear time.
+/// @return where those of each face end; one more at the end, which is of no face.
+std::vector<std::uint32_t> group_by_face(EdgeChain& edges);
+
 /// Sorts edges by face, and those of one face by `is_before`: linear but for the latter.
 template <typename Before>
 void sort_by_face(EdgeChain& edges, const Before& is_before) {
-  std::vector<std::uint32_t> begin;  // of each face, then its end
-  for (const Skin::Edge& edge : edges) {
-    if (edge.face + std::size_t{2} > begin.size()) begin.resize(edge.face + std::size_t{2});
-    ++begin[edge.face + std::size_t{1}];
-  }
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  EdgeChain sorted(edges.size());
-  for (const Skin::Edge& edge : edges) sorted[begin[edge.face]++] = edge;
-  edges.swap(sorted);
+  const std::vector<std::uint32_t> begin = group_by_face(edges);
   for (std::size_t face = 0, first = 0; face + 1 < begin.size(); first = begin[face++])
     std::sort(edges.begin() + static_cast<std::ptrdiff_t>(first),
               edges.begin() + static_cast<std::ptrdiff_t>(begin[face]), is_before);
@@ -65,10 +61,10 @@ class LineAdder {
 };
 
 /// Divides edges so that no end of any of them, and no other given point, lies inside one. Exact. Thread
-/// rule: one thread at a time.
+/// rule: one thread at a time, which others help.
 class EdgeSplitter {
  public:
-  explicit EdgeSplitter(ExactPoints& exact) : exact_(exact) {}
+  explicit EdgeSplitter(ExactPoints& exact, unsigned threads = 1) : exact_(exact), threads_(threads) {}
   void split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
              std::span<const std::uint32_t> others = {});
 
@@ -84,16 +80,28 @@ class EdgeSplitter {
     int axis;  ///< along which it parts the points before it from those after it
   };
 
+  using Inner = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // segment, point inside it
+  /// What one thread finds.
+  struct Search {
+    ExactPoints& exact;
+    const PointSet& points;
+    Inner& inner;
+  };
+
   ExactPoints& exact_;
+  unsigned threads_;
   std::vector<Segment> segments_;
-  double margin_ = 0;                                           // that covers all errors of points
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> inner_;  // segment, point inside it
+  double margin_ = 0;  // that covers all errors of points
+  Inner inner_;
 
   void collect_segments(std::span<const Skin::Face> faces, const EdgeChain& edges);
-  void build(std::span<Candidate> candidates);
-  void find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates, double low,
-            double high);
-  bool is_inside(const PointSet& points, const Segment& segment, std::uint32_t point);
+  [[nodiscard]] std::vector<Candidate> candidates(const PointSet& points,
+                                                  std::span<const std::uint32_t> others);
+  static void build(std::span<Candidate> candidates);
+  void find_inner(const PointSet& points, std::span<const Candidate> candidates);
+  void find(const Search& search, std::uint32_t number, std::span<const Candidate> candidates, double low,
+            double high) const;
+  static bool is_inside(const Search& search, const Segment& segment, std::uint32_t point);
   void sort_inner(const PointSet& points);
 };
 
