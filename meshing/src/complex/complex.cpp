@@ -1,6 +1,8 @@
 #include "bsp2/meshing/complex/complex.hpp"
 
 #include <algorithm>
+#include <array>
+#include <numeric>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -77,9 +79,6 @@ class ComplexMaker {
   struct Side {
     std::uint32_t low, high;
     HyperplaneId plane, across;
-    friend bool operator<(const Side& a, const Side& b) {
-      return std::pair(a.low, a.high) < std::pair(b.low, b.high);
-    }
   };
 
   const geometry::HyperplaneTable<3>& table_;
@@ -89,6 +88,8 @@ class ComplexMaker {
   std::vector<std::int32_t> number_;    // of each cell of the batches among those of the complex
   std::vector<PolygonCorner> corners_;  // of all facets, plane by plane
   std::vector<Face> faces_;
+  std::vector<Side> sides_;                         // by their ends, each once
+  std::vector<std::uint32_t> first_inner_, inner_;  // by side: points on it, from the lower end on
   Complex complex_;
 
   void name_points() {
@@ -184,53 +185,74 @@ class ComplexMaker {
   }
 
   void write_faces() {
-    std::vector<Side> sides;
-    for (const Face& face : faces_) {
-      const Polygon& polygon = face.piece.polygon;
-      for (std::size_t k = 0; k < polygon.size(); ++k) {
-        const auto [low, high] = std::minmax(polygon[k].point, polygon[(k + 1) % polygon.size()].point);
-        if (low == high) throw std::logic_error("an edge of a face has one end only");
-        sides.push_back({low, high, face.plane, polygon[k].across.id()});
-      }
-    }
-    std::sort(sides.begin(), sides.end());
-    sides.erase(std::unique(sides.begin(), sides.end(),
-                            [](const Side& a, const Side& b) { return a.low == b.low && a.high == b.high; }),
-                sides.end());
-    std::vector<std::uint32_t> begin;
-    const geometry::EdgeChain chain = divided(sides, begin);
+    const std::vector<std::uint32_t> side_of = find_sides();
+    divide_sides();
     std::vector<std::uint32_t> cycle;
+    auto next = side_of.begin();
     for (const Face& face : faces_) {
       geometry::Interruption::check();
-      const Polygon& polygon = face.piece.polygon;
       cycle.clear();
-      for (std::size_t k = 0; k < polygon.size(); ++k) {
-        const std::uint32_t from = polygon[k].point, to = polygon[(k + 1) % polygon.size()].point;
-        const auto [low, high] = std::minmax(from, to);
-        const auto side = static_cast<std::size_t>(
-            std::lower_bound(sides.begin(), sides.end(), Side{low, high, 0, 0}) - sides.begin());
-        cycle.push_back(from);
-        for (std::uint32_t i = begin[side] + 1; i < begin[side + 1]; ++i)
-          cycle.push_back(from == low ? chain[i].from : chain[begin[side] + begin[side + 1] - i].from);
+      for (const PolygonCorner& corner : face.piece.polygon) {
+        const std::uint32_t side = *next++;
+        cycle.push_back(corner.point);
+        const auto inner =
+            std::span(inner_).subspan(first_inner_[side], first_inner_[side + 1] - first_inner_[side]);
+        if (corner.point == sides_[side].low)
+          cycle.insert(cycle.end(), inner.begin(), inner.end());
+        else
+          cycle.insert(cycle.end(), inner.rbegin(), inner.rend());
       }
       add_face(face, cycle);
     }
   }
 
-  /// Each side in pieces, from its lower end on, at all points that lie on it. @param begin where those of
-  /// each side begin.
-  geometry::EdgeChain divided(const std::vector<Side>& sides, std::vector<std::uint32_t>& begin) {
+  /// Each edge of the faces once, by its ends. @return which of them the edges of each face are, one face
+  /// after the other.
+  std::vector<std::uint32_t> find_sides() {
+    std::vector<Side> edges;
+    std::vector<std::uint32_t> begin(points_.points().size() + 1, 0);  // of those with each lower end
+    for (const Face& face : faces_) {
+      const Polygon& polygon = face.piece.polygon;
+      for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const auto [low, high] = std::minmax(polygon[k].point, polygon[(k + 1) % polygon.size()].point);
+        if (low == high) throw std::logic_error("an edge of a face has one end only");
+        edges.push_back({low, high, face.plane, polygon[k].across.id()});
+        ++begin[low + 1];
+      }
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> sorted(edges.size());  // higher end, edge
+    for (std::uint32_t i = 0; i < edges.size(); ++i) sorted[begin[edges[i].low]++] = {edges[i].high, i};
+    std::vector<std::uint32_t> side_of(edges.size());
+    std::size_t first = 0;
+    for (const std::uint32_t end : begin) {
+      if (end == first) continue;
+      std::sort(&sorted[first], sorted.data() + end);
+      for (std::size_t i = first; i < end; ++i) {
+        if (i == first || sorted[i].first != sorted[i - 1].first) sides_.push_back(edges[sorted[i].second]);
+        side_of[sorted[i].second] = static_cast<std::uint32_t>(sides_.size() - 1);
+      }
+      first = end;
+    }
+    return side_of;
+  }
+
+  /// Finds all points that lie on sides, from the lower end of each on.
+  void divide_sides() {
     std::vector<geometry::Skin::Face> carriers;
     geometry::EdgeChain chain;
-    for (std::uint32_t i = 0; i < sides.size(); ++i) {
-      carriers.push_back({geometry::oriented(sides[i].plane), 0});
-      chain.push_back({sides[i].low, sides[i].high, i, sides[i].across});
+    for (std::uint32_t i = 0; i < sides_.size(); ++i) {
+      carriers.push_back({geometry::oriented(sides_[i].plane), 0});
+      chain.push_back({sides_[i].low, sides_[i].high, i, sides_[i].across});
     }
     geometry::EdgeSplitter(exact_).split(points_.points(), carriers, chain);
-    begin.assign(sides.size() + 1, 0);
-    for (const geometry::Skin::Edge& edge : chain) ++begin[edge.face + 1];
-    for (std::size_t i = 0; i < sides.size(); ++i) begin[i + 1] += begin[i];
-    return chain;
+    first_inner_.assign(sides_.size() + 1, 0);
+    for (const geometry::Skin::Edge& edge : chain) {
+      if (edge.from == sides_[edge.face].low) continue;
+      inner_.push_back(edge.from);
+      ++first_inner_[edge.face + 1];
+    }
+    std::partial_sum(first_inner_.begin(), first_inner_.end(), first_inner_.begin());
   }
 
   void add_face(const Face& face, std::vector<std::uint32_t>& cycle) {

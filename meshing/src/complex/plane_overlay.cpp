@@ -12,17 +12,40 @@ namespace bsp2::meshing {
 using geometry::HyperplaneId;
 using geometry::OrientedHyperplane;
 
+/// Where these planes are, or would be.
+PointRegister::Entry& PointRegister::place_of(const std::array<HyperplaneId, 3>& ids) {
+  std::uint64_t hash = ids[0];
+  for (int k = 1; k < 3; ++k) hash = (hash ^ hash >> 31) * 0x9e3779b97f4a7c15u + ids[k];
+  const std::size_t mask = known_.size() - 1;
+  std::size_t at = (hash ^ hash >> 29) * 0x9e3779b97f4a7c15u >> 32 & mask;
+  while (known_[at].point != ~0U && known_[at].ids != ids) at = (at + 1) & mask;
+  return known_[at];
+}
+
+void PointRegister::grow() {
+  std::vector<Entry> before(std::max<std::size_t>(2 * known_.size(), 1024));
+  before.swap(known_);
+  for (const Entry& entry : before)
+    if (entry.point != ~0U) place_of(entry.ids) = entry;
+}
+
 std::uint32_t PointRegister::find(HyperplaneId a, HyperplaneId b, HyperplaneId c) {
   std::array<HyperplaneId, 3> ids{a, b, c};
   std::sort(ids.begin(), ids.end());
-  const auto [entry, is_new] = known_.try_emplace(ids, static_cast<std::uint32_t>(points_.size()));
-  if (is_new) points_.add(geometry::canonical_vertex(exact_.table(), ids), ids);
-  return entry->second;
+  if (2 * count_ >= known_.size()) grow();
+  Entry& entry = place_of(ids);
+  if (entry.point == ~0U) {
+    ++count_;
+    entry = {ids, static_cast<std::uint32_t>(points_.size())};
+    points_.add(geometry::canonical_vertex(exact_.table(), ids), ids);
+  }
+  return entry.point;
 }
 
 std::vector<std::uint32_t> PointRegister::unify() {
   const std::vector<std::uint32_t> map = exact_.unify(points_);
-  for (auto& [ids, point] : known_) point = map[point];
+  for (Entry& entry : known_)
+    if (entry.point != ~0U) entry.point = map[entry.point];
   return map;
 }
 

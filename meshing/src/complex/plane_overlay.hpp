@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "bsp2/geometry/surface/exact_points.hpp"
@@ -29,16 +28,18 @@ class PointRegister {
   [[nodiscard]] const geometry::PointSet& points() const { return points_; }
 
  private:
-  struct Hash {
-    std::size_t operator()(const std::array<geometry::HyperplaneId, 3>& ids) const {
-      std::uint64_t hash = ids[0];
-      for (int k = 1; k < 3; ++k) hash = (hash ^ hash >> 31) * 0x9e3779b97f4a7c15u + ids[k];
-      return hash ^ hash >> 29;
-    }
+  /// A place of an open table, which is free where there is no point.
+  struct Entry {
+    std::array<geometry::HyperplaneId, 3> ids{};
+    std::uint32_t point = ~0U;
   };
   geometry::ExactPoints& exact_;
   geometry::PointSet points_;
-  std::unordered_map<std::array<geometry::HyperplaneId, 3>, std::uint32_t, Hash> known_;
+  std::vector<Entry> known_;  // as many as a power of two, half of them free at least
+  std::size_t count_ = 0;
+
+  [[nodiscard]] Entry& place_of(const std::array<geometry::HyperplaneId, 3>& ids);
+  void grow();
 };
 
 /// A facet of a cell on the plane at hand, counter-clockwise seen from the plane's positive side.
