@@ -218,8 +218,13 @@ class SolverMeshMaker {
   void make_tetrahedra(const Complex& complex) {
     const auto start = Clock::now();
     mesh_.tetrahedra = meshing::tetrahedra_of(complex);
-    meshing::ShapeOptions options{
-        summary_.clean, clean_by_place(), summary_.size, sizes_of_parts(), field_, options_.growth, {}};
+    meshing::ShapeOptions options{.clean = summary_.clean,
+                                  .clean_by_place = clean_by_place(),
+                                  .size = summary_.size,
+                                  .size_of_part = sizes_of_parts(),
+                                  .field = field_,
+                                  .growth = options_.growth,
+                                  .threads = result_.report.threads};
     // What is truly round is refined to a tolerance: farther than some of these nothing is moved.
     constexpr double far = 4;
     if (result_.report.tolerance)

@@ -1,6 +1,7 @@
 #include "tetrahedra/editor.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
 #include "simplices/shape.hpp"
@@ -19,7 +20,8 @@ std::array<std::uint32_t, 3> sorted(std::uint32_t a, std::uint32_t b, std::uint3
 
 }  // namespace
 
-Editor::Editor(const Tetrahedra& mesh) : sides_(mesh.sides), points_(mesh.points) {
+Editor::Editor(const Tetrahedra& mesh, std::vector<Kind> kinds)
+    : sides_(mesh.sides), points_(mesh.points), kind_(std::move(kinds)) {
   std::vector<std::pair<std::array<std::uint32_t, 3>, std::int32_t>> tagged;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& t = mesh.triangles[i];
@@ -41,6 +43,7 @@ Editor::Editor(const Tetrahedra& mesh) : sides_(mesh.sides), points_(mesh.points
     }
     add(p, sides, mesh.part[i]);
   }
+  if (!kind_.empty()) return;
   kind_.resize(points_.size(), inside);
   for (std::uint32_t p = 0; p < points_.size(); ++p) {
     geometry::Interruption::check();
@@ -48,10 +51,10 @@ Editor::Editor(const Tetrahedra& mesh) : sides_(mesh.sides), points_(mesh.points
   }
 }
 
-Tetrahedra Editor::result() const {
+Tetrahedra Editor::result(std::vector<std::uint32_t>& map) const {
   Tetrahedra mesh;
   mesh.sides = sides_;
-  std::vector<std::uint32_t> map(points_.size(), none);
+  map.assign(points_.size(), none);
   for (std::uint32_t p = 0; p < points_.size(); ++p)
     if (!star_[p].empty()) {
       map[p] = static_cast<std::uint32_t>(mesh.points.size());
@@ -79,6 +82,11 @@ double Editor::shape(const Corners& p) const {
 
 double Editor::length(std::uint32_t u, std::uint32_t v) const {
   return std::sqrt(squared_distance(points_[u], points_[v]));
+}
+
+double Editor::volume(std::uint32_t t) const {
+  const auto& [a, b, c, d] = tetrahedra_[t].point;
+  return dot(cross(points_[b] - points_[a], points_[c] - points_[a]), points_[d] - points_[a]) / 6;
 }
 
 void Editor::find_neighbours(std::uint32_t p, std::vector<std::uint32_t>& all) const {

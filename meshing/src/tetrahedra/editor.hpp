@@ -15,12 +15,13 @@ namespace bsp2::meshing {
 ///
 /// A step that is refused changes nothing. Its measure is `shape_of`, so "better" means that the worst
 /// tetrahedron has become better. Points have a *kind*: corners stay, those of an edge stay on it, those of a
-/// plane side stay in it. Thread rule: one thread at a time.
+/// plane side stay in it. Those that are shared with other meshes stay, and all on sides between them.
+/// Thread rule: one thread at a time.
 class Editor {
  public:
   static constexpr std::uint32_t none = ~0U;
   static constexpr std::int32_t inner = -1;  ///< of a face that is on no side
-  enum Kind : std::uint8_t { corner = 0, on_edge = 1, on_side = 2, inside = 3 };
+  enum Kind : std::uint8_t { shared = 0, corner = 1, on_edge = 2, on_side = 3, inside = 4 };
 
   struct Tetrahedron {
     std::array<std::uint32_t, 4> point;
@@ -33,9 +34,13 @@ class Editor {
     }
   };
 
-  explicit Editor(const Tetrahedra& mesh);
-  /// What there is now; unused points are gone.
-  [[nodiscard]] Tetrahedra result() const;
+  /// @param kinds of the points; none: they are found.
+  explicit Editor(const Tetrahedra& mesh, std::vector<Kind> kinds = {});
+  /// What there is now; unused points are gone. @param map gets the new number of each point, or `none`.
+  [[nodiscard]] Tetrahedra result(std::vector<std::uint32_t>& map) const;
+  /// Numbers points and tetrahedra anew, so that what is near in space is near in memory; what is gone has no
+  /// number any more. @return the new number of each point, or `none`.
+  std::vector<std::uint32_t> arrange();
 
   [[nodiscard]] std::size_t size() const { return tetrahedra_.size(); }  ///< with those that are gone
   [[nodiscard]] const Tetrahedron& at(std::uint32_t t) const { return tetrahedra_[t]; }
@@ -47,6 +52,7 @@ class Editor {
   /// The same in any order, in memory that is used again.
   void find_neighbours(std::uint32_t p, std::vector<std::uint32_t>& all) const;
   [[nodiscard]] double length(std::uint32_t u, std::uint32_t v) const;
+  [[nodiscard]] double volume(std::uint32_t t) const;
   [[nodiscard]] double worst_at(std::uint32_t p) const;
   /// The tetrahedron on the other side of a face, or `none`.
   [[nodiscard]] std::uint32_t beyond(std::uint32_t t, int face) const;
@@ -74,6 +80,8 @@ class Editor {
   bool flip_face(std::uint32_t t, int face);
   /// Moves a point to where its worst tetrahedron is better.
   bool smooth(std::uint32_t p);
+  /// Lets `smooth` leave it where it is until something around it changes.
+  void settle(std::uint32_t p) { settled_[p] = clock_ + 1; }
   /// Moves a point of any kind there, if no tetrahedron becomes worse than `least` that was not.
   bool put(std::uint32_t p, const Point& to, double least);
   /// Moves a point of any kind if fewer tetrahedra are flat or turned over then, and none is that was not.
@@ -153,6 +161,9 @@ class Editor {
   Star star_here_;                    // what `smooth` looks at, and
   std::vector<std::uint32_t> along_;  // what it draws points of the surface to: kept for their memory
 
+  [[nodiscard]] bool is_fixed(std::uint32_t u, std::uint32_t v, const Ring& ring) const {
+    return kind_[u] == shared && kind_[v] == shared && !ring.is_inside();
+  }
   [[nodiscard]] Kind find_kind(std::uint32_t p) const;
   [[nodiscard]] Ring ring_of(std::uint32_t u, std::uint32_t v) const;
   [[nodiscard]] double shape(const std::array<std::uint32_t, 4>& p) const;
@@ -172,6 +183,7 @@ class Editor {
   std::uint32_t add(const std::array<std::uint32_t, 4>& points, const std::array<std::int32_t, 4>& sides,
                     std::int32_t part);
   void remove(std::uint32_t t);
+  void arrange_tetrahedra(const std::vector<std::uint32_t>& map);
   void replace_with_middle(const Ring& ring, std::uint32_t u, std::uint32_t v, std::uint32_t m);
   [[nodiscard]] double depth(const std::array<std::uint32_t, 4>& p) const;
   [[nodiscard]] std::vector<FaceUse> uses_of(const Change& change) const;

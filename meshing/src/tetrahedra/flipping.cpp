@@ -131,7 +131,7 @@ bool Editor::is_new(const Arc& arc) const {
 
 bool Editor::remove_edge(std::uint32_t u, std::uint32_t v) {
   const Ring ring = ring_of(u, v);
-  if (ring.tetrahedra.size() < (ring.is_inside() ? 3U : 1U)) return false;
+  if (ring.tetrahedra.size() < (ring.is_inside() ? 3U : 1U) || is_fixed(u, v, ring)) return false;
   std::vector<Arc> arcs;
   if (!arcs_of(u, v, ring, arcs)) return false;
   double before = 1;

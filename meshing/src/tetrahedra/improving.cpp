@@ -1,11 +1,19 @@
 #include <algorithm>
+#include <atomic>
+#include <bit>
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <limits>
+#include <map>
 #include <queue>
+#include <tuple>
+#include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
 #include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"
+#include "tetrahedra/pieces.hpp"
 
 namespace bsp2::meshing {
 namespace {
@@ -20,6 +28,9 @@ constexpr double of_features = 3;                   // as long may edges be at s
 using geometry::Interruption;
 using Pair = std::array<std::uint32_t, 2>;
 
+/// Rises with a number from 0 on, by steps of an eighth of its octave.
+std::uint32_t rank_of(double x) { return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(x) >> 49); }
+
 std::array<Pair, 6> edges_of(const Editor::Tetrahedron& t) {
   const auto& p = t.point;
   return {{{p[0], p[1]}, {p[0], p[2]}, {p[0], p[3]}, {p[1], p[2]}, {p[1], p[3]}, {p[2], p[3]}}};
@@ -27,12 +38,14 @@ std::array<Pair, 6> edges_of(const Editor::Tetrahedron& t) {
 
 class Shaping {
  public:
-  Shaping(Tetrahedra& mesh, const ShapeOptions& options) : mesh_(mesh), options_(options), editor_(mesh) {}
+  Shaping(const Tetrahedra& mesh, const ShapeOptions& options)
+      : options_(options), editor_(mesh), moved_(mesh.points.size(), 0) {}
+  Shaping(const Piece& piece, const ShapeOptions& options)
+      : options_(options), editor_(piece.mesh, piece.kind), moved_(piece.moved), shared_(piece.shared) {}
 
   ShapeReport run() {
-    report_.tetrahedra_at_first = mesh_.tetrahedra.size();
+    report_.tetrahedra_at_first = editor_.size();
     report_.turned_at_first = turned();
-    moved_.assign(editor_.point_count(), 0);
     for (int pass = 0; pass < 5; ++pass) {
       clean();
       absorb();
@@ -44,16 +57,36 @@ class Shaping {
     absorb();
     if (options_.size > 0 && options_.true_place) place_truly();
     report_.turned = turned();
-    mesh_ = editor_.result();
     return report_;
+  }
+  /// Of a piece that shares points with others.
+  void run_of_piece() {
+    refine_well();
+    finish();
+  }
+  /// What there is now.
+  [[nodiscard]] Piece result() const {
+    Piece piece;
+    std::vector<std::uint32_t> map;
+    piece.mesh = editor_.result(map);
+    piece.kind.resize(piece.mesh.points.size());
+    piece.moved.resize(piece.mesh.points.size());
+    for (std::uint32_t p = 0; p < map.size(); ++p)
+      if (map[p] != Editor::none) {
+        piece.kind[map[p]] = editor_.kind(p);
+        piece.moved[map[p]] = moved_at(p);
+      }
+    for (const Piece::Shared& shared : shared_)
+      piece.shared.push_back({map[shared.point], shared.of_whole, shared.wanted});
+    return piece;
   }
 
  private:
-  Tetrahedra& mesh_;
   const ShapeOptions& options_;
   Editor editor_;
   ShapeReport report_;
-  std::vector<double> moved_;  // how far what has become this point was moved, at most
+  std::vector<double> moved_;          // how far what has become this point was moved, at most
+  std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
   std::vector<double> wanted_;                         // length of edges at each point
 
@@ -240,11 +273,11 @@ class Shaping {
   // --- sizes ---
 
   /// All edges whose length is as wanted and both of whose ends have changed since then, as those of edges do
-  /// around which something has; the shortest first. Points of edges may be gone when their turn comes: then
-  /// nothing is around them.
+  /// around which something has; the shortest first, those of nearly one length as they are in memory. Points
+  /// of edges may be gone when their turn comes: then nothing is around them.
   template <typename Wanted>
   std::vector<Pair> edges_where(const Wanted& is_wanted, std::uint64_t since = 0) {
-    std::vector<std::pair<double, Pair>> found;
+    std::vector<std::pair<std::uint32_t, Pair>> found;
     std::vector<std::uint32_t> around;
     for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
       if (editor_.star(p).empty() || editor_.changed_at(p) < since) continue;
@@ -253,11 +286,11 @@ class Shaping {
       for (const std::uint32_t q : around)
         if (p < q && editor_.changed_at(q) >= since)
           if (const double length = editor_.length(p, q); is_wanted(length, wanted(p, q)))
-            found.push_back({length, {p, q}});
+            found.push_back({rank_of(length), {p, q}});
     }
     std::sort(found.begin(), found.end());
     std::vector<Pair> edges;
-    for (const auto& [length, edge] : found) edges.push_back(edge);
+    for (const auto& [rank, edge] : found) edges.push_back(edge);
     return edges;
   }
 
@@ -268,19 +301,27 @@ class Shaping {
     return std::min(at(p), at(q));
   }
 
+  [[nodiscard]] double size_in(std::int32_t part) const {
+    const auto number = static_cast<std::size_t>(part);
+    const bool is_own =
+        part >= 0 && number < options_.size_of_part.size() && options_.size_of_part[number] > 0;
+    return is_own ? options_.size_of_part[number] : options_.size;
+  }
   [[nodiscard]] double size_at(std::uint32_t p) const {
     double size = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t t : editor_.star(p)) {
-      const auto part = static_cast<std::size_t>(editor_.at(t).part);
-      const bool is_own =
-          editor_.at(t).part >= 0 && part < options_.size_of_part.size() && options_.size_of_part[part] > 0;
-      size = std::min(size, is_own ? options_.size_of_part[part] : options_.size);
-    }
+    for (const std::uint32_t t : editor_.star(p)) size = std::min(size, size_in(editor_.at(t).part));
     return options_.field.is_empty() ? size : std::min(size, options_.field.at(editor_.point(p)));
   }
 
+  [[nodiscard]] bool is_at_several_parts(std::uint32_t p) const {
+    const auto star = editor_.star(p);
+    return std::ranges::any_of(
+        star, [&](std::uint32_t t) { return editor_.at(t).part != editor_.at(star.front()).part; });
+  }
+
   /// As the user wants it, but where the solid is finer: there short edges go over to long ones.
-  void find_wanted(bool with_features) {
+  /// @param from_seams only points at several parts want anything, the others what is fine beside them.
+  void find_wanted(bool with_features, bool from_seams = false) {
     wanted_.assign(editor_.point_count(), std::numeric_limits<double>::infinity());
     std::vector<std::uint32_t> around;
     using Item = std::pair<double, std::uint32_t>;
@@ -288,6 +329,7 @@ class Shaping {
     for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
       if (editor_.star(p).empty()) continue;
       Interruption::check();
+      if (from_seams && !is_at_several_parts(p)) continue;
       const double size = size_at(p);
       wanted_[p] = size;
       if (with_features && editor_.kind(p) == Editor::corner)
@@ -295,6 +337,10 @@ class Shaping {
           if (editor_.kind(q) == Editor::corner)
             wanted_[p] = std::min(wanted_[p], std::max(size / 16, of_features * editor_.length(p, q)));
       open.emplace(wanted_[p], p);
+    }
+    for (const Piece::Shared& shared : shared_) {
+      wanted_[shared.point] = std::min(wanted_[shared.point], shared.wanted);
+      open.emplace(wanted_[shared.point], shared.point);
     }
     while (!open.empty()) {
       Interruption::check();
@@ -313,19 +359,47 @@ class Shaping {
 
   // --- shape ---
 
+  /// See Editor::arrange. What has been tried is tried once more.
+  void arrange() {
+    const std::vector<std::uint32_t> map = editor_.arrange();
+    std::vector<double> moved(editor_.point_count(), 0);
+    for (std::size_t p = 0; p < moved_.size(); ++p)
+      if (map[p] != Editor::none) moved[map[p]] = moved_[p];
+    moved_ = std::move(moved);
+    for (Piece::Shared& shared : shared_) shared.point = map[shared.point];
+    tried_.clear();
+  }
+
   void make_good() {
+    arrange();
     find_wanted(false);
     for (int pass = 0; pass < 6; ++pass)
       if (coarsen(1, fair) * 50 < editor_.point_count() && pass > 1) break;
     improve(good, false);
+    if (const auto counts = expected(); is_for_pieces(counts))
+      work_in_pieces(counts);
+    else
+      refine_well();
+    finish();
+  }
+
+  void refine_well() {
     for (int pass = 0; pass < 4; ++pass) {
+      arrange();
       find_wanted(true);
-      refine();
-      for (int again = 0; again < 3; ++again)
-        if (coarsen(too_short, poor) * 50 < editor_.point_count()) break;
-      improve(good, false);
-      smooth_all();
+      refine_once();
     }
+  }
+
+  void refine_once() {
+    refine();
+    for (int again = 0; again < 3; ++again)
+      if (coarsen(too_short, poor) * 50 < editor_.point_count()) break;
+    improve(good, false);
+    smooth_all();
+  }
+
+  void finish() {
     for (int pass = 0; pass < 6; ++pass) {
       if (improve(pass < 3 ? fair : good, true) == 0) break;
       smooth_all();
@@ -336,6 +410,91 @@ class Shaping {
     }
     // The worst ones, as long as that helps.
     for (int pass = 0; pass < 20 && improve(fair, true) > 0; ++pass) smooth_all();
+  }
+
+  // --- parts by themselves ---
+
+  /// About how many tetrahedra each part will have.
+  [[nodiscard]] std::map<std::int32_t, double> expected() const {
+    constexpr double volume_of_regular = 0.118;  // by the cube of its edges
+    std::map<std::int32_t, double> counts;
+    for (std::uint32_t t = 0; t < editor_.size(); ++t) {
+      if (editor_.at(t).is_gone()) continue;
+      const double size = size_in(editor_.at(t).part);
+      counts[editor_.at(t).part] += editor_.volume(t) / (volume_of_regular * size * size * size);
+    }
+    return counts;
+  }
+
+  /// Whether there are several, and enough to do for what that costs.
+  [[nodiscard]] bool is_for_pieces(const std::map<std::int32_t, double>& expected) const {
+    double sum = 0;
+    for (const auto& [part, count] : expected) sum += count;
+    return expected.size() > 1 && sum >= options_.by_parts_from;
+  }
+
+  /// Each part becomes a mesh of its own, in which what it shares stays; what comes of that does not depend
+  /// on who makes it. Then the seams are improved.
+  void work_in_pieces(const std::map<std::int32_t, double>& expected) {
+    arrange();
+    find_wanted(true, true);
+    refine();
+    improve(good, false);
+    smooth_all();
+    arrange();
+    find_wanted(true);
+    const Piece whole = result();
+    std::vector<Piece> pieces = divided(whole, wanted_);
+    editor_ = Editor({});
+    std::sort(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) {
+      return expected.at(a.mesh.part.front()) > expected.at(b.mesh.part.front());
+    });
+    shape_all(pieces, options_);
+    std::vector<std::uint32_t> seam;
+    const Piece all = joined(whole, std::move(pieces), seam);
+    editor_ = Editor(all.mesh, all.kind);
+    moved_ = all.moved;
+    settle_all_but(seam);
+    find_wanted(true);
+    refine_once();
+  }
+
+  /// The largest first, as many at a time as there are threads.
+  static void shape_all(std::vector<Piece>& pieces, const ShapeOptions& options) {
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+      for (std::size_t i = next++; i < pieces.size(); i = next++) {
+        Shaping shaping(pieces[i], options);
+        pieces[i] = {};
+        shaping.run_of_piece();
+        pieces[i] = shaping.result();
+      }
+    };
+    if (options.threads <= 1) return work();
+    std::atomic<bool> is_over{false};
+    std::vector<std::future<void>> threads;
+    for (std::size_t i = 0; i < std::min<std::size_t>(options.threads, pieces.size()); ++i)
+      threads.push_back(std::async(std::launch::async, [&] {
+        const Interruption inner([&] { return is_over.load(); });
+        work();
+      }));
+    for (std::future<void>& thread : threads)
+      while (thread.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready)
+        if (Interruption::is_wanted()) is_over = true;
+    for (std::future<void>& thread : threads) thread.get();
+  }
+
+  /// What is away from these points was improved already.
+  void settle_all_but(const std::vector<std::uint32_t>& seam) {
+    std::vector<bool> is_near(editor_.point_count(), false);
+    for (const std::uint32_t p : seam)
+      for (const std::uint32_t q : editor_.neighbours(p)) is_near[q] = true;
+    for (std::uint32_t p = 0; p < is_near.size(); ++p)
+      if (!is_near[p]) editor_.settle(p);
+    tried_.assign(editor_.size(), {});
+    for (std::uint32_t t = 0; t < editor_.size(); ++t)
+      if (std::ranges::none_of(editor_.at(t).point, [&](std::uint32_t p) { return is_near[p]; }))
+        tried_[t] = {editor_.clock(), true};
   }
 
   /// Points of the surface go to where they belong, as far as what is around them lets them, and those inside
@@ -433,12 +592,13 @@ class Shaping {
 
   /// Tetrahedra that are worse than `below` are made better. @return how often one was.
   std::uint64_t improve(double below, bool with_new_points) {
-    std::vector<std::pair<double, std::uint32_t>> worst;
+    std::vector<std::tuple<std::uint32_t, std::uint32_t, double>> worst;
     for (std::uint32_t t = 0; t < editor_.size(); ++t)
-      if (!editor_.at(t).is_gone() && editor_.at(t).shape < below) worst.emplace_back(editor_.at(t).shape, t);
+      if (const double shape = editor_.at(t).shape; !editor_.at(t).is_gone() && shape < below)
+        worst.emplace_back(rank_of(std::max(shape, 0.0)), t, shape);
     std::sort(worst.begin(), worst.end());
     std::uint64_t count = 0;
-    for (const auto& [shape, t] : worst) {
+    for (const auto& [rank, t, shape] : worst) {
       Interruption::check();
       if (editor_.at(t).is_gone() || editor_.at(t).shape != shape || is_settled(t, with_new_points)) continue;
       if (improve_one(t, with_new_points))
@@ -498,13 +658,19 @@ class Shaping {
   }
 
   bool collapse_to_better(std::uint32_t u, std::uint32_t v, double better) {
-    return editor_.kind(u) != Editor::corner &&
+    return editor_.kind(u) > Editor::corner &&
            editor_.collapse(u, v, {.shape = better, .length = 2 * wanted(u, v)});
   }
 };
 
 }  // namespace
 
-ShapeReport shape(Tetrahedra& mesh, const ShapeOptions& options) { return Shaping(mesh, options).run(); }
+ShapeReport shape(Tetrahedra& mesh, const ShapeOptions& options) {
+  Shaping shaping(mesh, options);
+  mesh = {};
+  const ShapeReport report = shaping.run();
+  mesh = shaping.result().mesh;
+  return report;
+}
 
 }  // namespace bsp2::meshing

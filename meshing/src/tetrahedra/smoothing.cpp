@@ -100,7 +100,7 @@ Point Editor::middle_of(const std::vector<std::uint32_t>& points) const {
 }
 
 bool Editor::smooth(std::uint32_t p) {
-  if (kind_[p] == corner || star_[p].empty() || changed_[p] < settled_[p]) return false;
+  if (kind_[p] <= corner || star_[p].empty() || changed_[p] < settled_[p]) return false;
   const double before = look_at_star(p, star_here_);
   double best = std::max(before, 0.0);
   Point place = points_[p];

@@ -25,7 +25,7 @@ void Editor::replace_with_middle(const Ring& ring, std::uint32_t u, std::uint32_
 
 std::uint32_t Editor::split(std::uint32_t u, std::uint32_t v, double least) {
   const Ring ring = ring_of(u, v);
-  if (ring.tetrahedra.empty()) return none;
+  if (ring.tetrahedra.empty() || is_fixed(u, v, ring)) return none;
   Point middle;
   for (std::size_t k = 0; k < 3; ++k) middle[k] = points_[u][k] + (points_[v][k] - points_[u][k]) / 2;
   const std::uint32_t m = add_point(middle, ring.is_inside() ? inside : ring.is_flat() ? on_side : on_edge);

@@ -305,6 +305,33 @@ TEST_P(RandomMeshes, TetrahedraAreValid) {
   }
 }
 
+/// What parts share fits together again, however they touch, and whoever shaped them.
+TEST_P(RandomMeshes, PartsMayBeShapedByThemselves) {
+  for (int round = 0; round < samples::rounds(3); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    std::vector<model::Expression> parts;
+    for (const char* name : {"a", "b", "c"})
+      parts.push_back(model::part(name, dataflow::random_expression(random, 3, GetParam(), 1)));
+    const auto solid = solid_of(model::unite(parts));
+    const Complex complex = conforming_complex(solid.network.table, solid.batches);
+    if (complex.cells() == 0) continue;
+    ShapeOptions options{.clean = 1e-6, .size = dataflow::uniform(random, 0.8, 2), .by_parts_from = 0};
+    Tetrahedra mesh = tetrahedra_of(complex), same = mesh;
+    const ShapeReport report = shape(mesh, options);
+    EXPECT_EQ(report.turned, 0U);
+    check_tetrahedra(mesh, solid.volume,
+                     1e-9 * (1 + solid.volume) + report.largest_move * solid.surface.area());
+    options.threads = 3;
+    shape(same, options);
+    EXPECT_EQ(mesh.points, same.points);
+    EXPECT_EQ(mesh.tetrahedra, same.tetrahedra);
+    EXPECT_EQ(mesh.triangles, same.triangles);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
 /// A cell about a point of an edge that leads inwards would have faces that are turned: it is divided.
 TEST(Dual, HasNoFacesThatSolversRefuseWhereEdgesLeadInwards) {
   int divided = 0;

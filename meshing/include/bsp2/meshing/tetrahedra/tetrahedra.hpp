@@ -47,6 +47,10 @@ struct ShapeOptions {
   /// Where a point of the surface belongs that is on these planes; none: where it is. Asked at the end, with
   /// `size` above 0: of what is round, points come from the facets to its true surface.
   std::function<std::optional<Point>(std::span<const std::uint32_t> planes, const Point& point)> true_place;
+  unsigned threads = 1;  ///< parts may be shaped at a time; the mesh is the same with any number
+  /// Where so many tetrahedra are to be expected, each part is shaped by itself, and then what is between
+  /// them: that is faster, also with one thread.
+  double by_parts_from = 40000;
 };
 
 /// What was done.

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tetrahedra/editor.hpp"
+
+namespace bsp2::meshing {
+
+/// A mesh with what is known of its points beyond their places; all of it, or that of one part.
+struct Piece {
+  Tetrahedra mesh;
+  std::vector<Editor::Kind> kind;  ///< of each point
+  std::vector<double> moved;       ///< how far each point was moved, at most
+  /// A point that other pieces have, too.
+  struct Shared {
+    std::uint32_t point, of_whole;
+    double wanted;  ///< length of edges there
+  };
+  std::vector<Shared> shared;
+};
+
+/// One piece for each part, in ascending order. Points in tetrahedra of several are of the kind `shared` in
+/// each of them. @param wanted of each point of the whole.
+std::vector<Piece> divided(const Piece& whole, const std::vector<double>& wanted);
+
+/// Puts pieces together again, in which all has changed but what is between shared points on sides.
+/// @param whole as it was divided. @param pieces are used up. @return has no shared points any more.
+/// @param seam gets the points that were.
+Piece joined(const Piece& whole, std::vector<Piece> pieces, std::vector<std::uint32_t>& seam);
+
+}  // namespace bsp2::meshing
