@@ -1,12 +1,7 @@
 #include <algorithm>
-#include <atomic>
 #include <bit>
-#include <chrono>
 #include <cmath>
-#include <future>
-#include <limits>
 #include <map>
-#include <queue>
 #include <tuple>
 #include <utility>
 
@@ -14,6 +9,7 @@
 #include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"
 #include "tetrahedra/pieces.hpp"
+#include "tetrahedra/wanted_lengths.hpp"
 
 namespace bsp2::meshing {
 namespace {
@@ -23,7 +19,6 @@ namespace {
 // better afterwards.
 constexpr double very_good = 0.6, good = 0.35, fair = 0.2, poor = 0.1;
 constexpr double too_long = 1.4, too_short = 0.75;  // against the wanted length
-constexpr double of_features = 3;                   // as long may edges be at short edges of the solid
 
 using geometry::Interruption;
 using Pair = std::array<std::uint32_t, 2>;
@@ -88,7 +83,7 @@ class Shaping {
   std::vector<double> moved_;          // how far what has become this point was moved, at most
   std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
-  std::vector<double> wanted_;                         // length of edges at each point
+  WantedLengths wanted_{editor_, options_, shared_};
 
   [[nodiscard]] std::uint64_t turned() const {
     std::uint64_t count = 0;
@@ -285,76 +280,13 @@ class Shaping {
       editor_.find_neighbours(p, around);
       for (const std::uint32_t q : around)
         if (p < q && editor_.changed_at(q) >= since)
-          if (const double length = editor_.length(p, q); is_wanted(length, wanted(p, q)))
+          if (const double length = editor_.length(p, q); is_wanted(length, wanted_.between(p, q)))
             found.push_back({rank_of(length), {p, q}});
     }
     std::sort(found.begin(), found.end());
     std::vector<Pair> edges;
     for (const auto& [rank, edge] : found) edges.push_back(edge);
     return edges;
-  }
-
-  [[nodiscard]] double wanted(std::uint32_t p, std::uint32_t q) const {
-    const auto at = [&](std::uint32_t point) {
-      return point < wanted_.size() ? wanted_[point] : std::numeric_limits<double>::infinity();
-    };
-    return std::min(at(p), at(q));
-  }
-
-  [[nodiscard]] double size_in(std::int32_t part) const {
-    const auto number = static_cast<std::size_t>(part);
-    const bool is_own =
-        part >= 0 && number < options_.size_of_part.size() && options_.size_of_part[number] > 0;
-    return is_own ? options_.size_of_part[number] : options_.size;
-  }
-  [[nodiscard]] double size_at(std::uint32_t p) const {
-    double size = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t t : editor_.star(p)) size = std::min(size, size_in(editor_.at(t).part));
-    return options_.field.is_empty() ? size : std::min(size, options_.field.at(editor_.point(p)));
-  }
-
-  [[nodiscard]] bool is_at_several_parts(std::uint32_t p) const {
-    const auto star = editor_.star(p);
-    return std::ranges::any_of(
-        star, [&](std::uint32_t t) { return editor_.at(t).part != editor_.at(star.front()).part; });
-  }
-
-  /// As the user wants it, but where the solid is finer: there short edges go over to long ones.
-  /// @param from_seams only points at several parts want anything, the others what is fine beside them.
-  void find_wanted(bool with_features, bool from_seams = false) {
-    wanted_.assign(editor_.point_count(), std::numeric_limits<double>::infinity());
-    std::vector<std::uint32_t> around;
-    using Item = std::pair<double, std::uint32_t>;
-    std::priority_queue<Item, std::vector<Item>, std::greater<>> open;
-    for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
-      if (editor_.star(p).empty()) continue;
-      Interruption::check();
-      if (from_seams && !is_at_several_parts(p)) continue;
-      const double size = size_at(p);
-      wanted_[p] = size;
-      if (with_features && editor_.kind(p) == Editor::corner)
-        for (const std::uint32_t q : editor_.neighbours(p))
-          if (editor_.kind(q) == Editor::corner)
-            wanted_[p] = std::min(wanted_[p], std::max(size / 16, of_features * editor_.length(p, q)));
-      open.emplace(wanted_[p], p);
-    }
-    for (const Piece::Shared& shared : shared_) {
-      wanted_[shared.point] = std::min(wanted_[shared.point], shared.wanted);
-      open.emplace(wanted_[shared.point], shared.point);
-    }
-    while (!open.empty()) {
-      Interruption::check();
-      const auto [length, p] = open.top();
-      open.pop();
-      if (length > wanted_[p]) continue;
-      editor_.find_neighbours(p, around);
-      for (const std::uint32_t q : around) {
-        const double through = length + options_.growth * editor_.length(p, q);
-        if (through >= wanted_[q]) continue;
-        wanted_[q] = through;
-        open.emplace(through, q);
-      }
-    }
   }
 
   // --- shape ---
@@ -372,11 +304,11 @@ class Shaping {
 
   void make_good() {
     arrange();
-    find_wanted(false);
+    wanted_.find(false);
     for (int pass = 0; pass < 6; ++pass)
       if (coarsen(1, fair) * 50 < editor_.point_count() && pass > 1) break;
     improve(good, false);
-    if (const auto counts = expected(); is_for_pieces(counts))
+    if (const auto counts = wanted_.tetrahedra_by_part(); is_for_pieces(counts))
       work_in_pieces(counts);
     else
       refine_well();
@@ -386,7 +318,7 @@ class Shaping {
   void refine_well() {
     for (int pass = 0; pass < 4; ++pass) {
       arrange();
-      find_wanted(true);
+      wanted_.find(true);
       refine_once();
     }
   }
@@ -414,18 +346,6 @@ class Shaping {
 
   // --- parts by themselves ---
 
-  /// About how many tetrahedra each part will have.
-  [[nodiscard]] std::map<std::int32_t, double> expected() const {
-    constexpr double volume_of_regular = 0.118;  // by the cube of its edges
-    std::map<std::int32_t, double> counts;
-    for (std::uint32_t t = 0; t < editor_.size(); ++t) {
-      if (editor_.at(t).is_gone()) continue;
-      const double size = size_in(editor_.at(t).part);
-      counts[editor_.at(t).part] += editor_.volume(t) / (volume_of_regular * size * size * size);
-    }
-    return counts;
-  }
-
   /// Whether there are several, and enough to do for what that costs.
   [[nodiscard]] bool is_for_pieces(const std::map<std::int32_t, double>& expected) const {
     double sum = 0;
@@ -437,51 +357,30 @@ class Shaping {
   /// on who makes it. Then the seams are improved.
   void work_in_pieces(const std::map<std::int32_t, double>& expected) {
     arrange();
-    find_wanted(true, true);
+    wanted_.find(true, true);
     refine();
     improve(good, false);
     smooth_all();
     arrange();
-    find_wanted(true);
+    wanted_.find(true);
     const Piece whole = result();
-    std::vector<Piece> pieces = divided(whole, wanted_);
+    std::vector<Piece> pieces = divided(whole, wanted_.at_points());
     editor_ = Editor({});
     std::sort(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) {
       return expected.at(a.mesh.part.front()) > expected.at(b.mesh.part.front());
     });
-    shape_all(pieces, options_);
+    replace_all(pieces, options_.threads, [this](const Piece& piece) {
+      Shaping shaping(piece, options_);
+      shaping.run_of_piece();
+      return shaping.result();
+    });
     std::vector<std::uint32_t> seam;
     const Piece all = joined(whole, std::move(pieces), seam);
     editor_ = Editor(all.mesh, all.kind);
     moved_ = all.moved;
     settle_all_but(seam);
-    find_wanted(true);
+    wanted_.find(true);
     refine_once();
-  }
-
-  /// The largest first, as many at a time as there are threads.
-  static void shape_all(std::vector<Piece>& pieces, const ShapeOptions& options) {
-    std::atomic<std::size_t> next{0};
-    const auto work = [&] {
-      for (std::size_t i = next++; i < pieces.size(); i = next++) {
-        Shaping shaping(pieces[i], options);
-        pieces[i] = {};
-        shaping.run_of_piece();
-        pieces[i] = shaping.result();
-      }
-    };
-    if (options.threads <= 1) return work();
-    std::atomic<bool> is_over{false};
-    std::vector<std::future<void>> threads;
-    for (std::size_t i = 0; i < std::min<std::size_t>(options.threads, pieces.size()); ++i)
-      threads.push_back(std::async(std::launch::async, [&] {
-        const Interruption inner([&] { return is_over.load(); });
-        work();
-      }));
-    for (std::future<void>& thread : threads)
-      while (thread.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready)
-        if (Interruption::is_wanted()) is_over = true;
-    for (std::future<void>& thread : threads) thread.get();
   }
 
   /// What is away from these points was improved already.
@@ -545,7 +444,7 @@ class Shaping {
          edges_where([share](double length, double wanted) { return length < share * wanted; })) {
       if (editor_.star(u).empty() || editor_.star(v).empty()) continue;
       Interruption::check();
-      if (collapse_either(u, v, {.shape = least, .length = too_long * wanted(u, v)})) ++gone;
+      if (collapse_either(u, v, {.shape = least, .length = too_long * wanted_.between(u, v)})) ++gone;
     }
     return gone;
   }
@@ -563,8 +462,7 @@ class Shaping {
         const std::uint32_t m = editor_.split(u, v, poor);
         if (m == Editor::none) continue;
         ++made;
-        wanted_.resize(editor_.point_count(), std::numeric_limits<double>::infinity());
-        wanted_[m] = (wanted_[u] + wanted_[v]) / 2;
+        wanted_.add_between(u, v, m);
       }
       if (made == 0) break;
       smooth_changed(since);
@@ -659,7 +557,7 @@ class Shaping {
 
   bool collapse_to_better(std::uint32_t u, std::uint32_t v, double better) {
     return editor_.kind(u) > Editor::corner &&
-           editor_.collapse(u, v, {.shape = better, .length = 2 * wanted(u, v)});
+           editor_.collapse(u, v, {.shape = better, .length = 2 * wanted_.between(u, v)});
   }
 };
 

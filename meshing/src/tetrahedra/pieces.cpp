@@ -1,8 +1,13 @@
 #include "tetrahedra/pieces.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <future>
 #include <map>
 #include <utility>
+
+#include "bsp2/geometry/support/interruption.hpp"
 
 namespace bsp2::meshing {
 namespace {
@@ -81,6 +86,28 @@ std::vector<Piece> divided(const Piece& whole, const std::vector<double>& wanted
     }
   }
   return pieces;
+}
+
+void replace_all(std::vector<Piece>& pieces, unsigned threads,
+                 const std::function<Piece(const Piece&)>& work) {
+  using geometry::Interruption;
+  std::atomic<std::size_t> next{0};
+  const auto replace = [&] {
+    for (std::size_t i = next++; i < pieces.size(); i = next++)
+      pieces[i] = work(std::exchange(pieces[i], {}));
+  };
+  if (threads <= 1) return replace();
+  std::atomic<bool> is_over{false};
+  std::vector<std::future<void>> crew;
+  for (std::size_t i = 0; i < std::min<std::size_t>(threads, pieces.size()); ++i)
+    crew.push_back(std::async(std::launch::async, [&] {
+      const Interruption inner([&] { return is_over.load(); });
+      replace();
+    }));
+  for (std::future<void>& thread : crew)
+    while (thread.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready)
+      if (Interruption::is_wanted()) is_over = true;
+  for (std::future<void>& thread : crew) thread.get();
 }
 
 Piece joined(const Piece& whole, std::vector<Piece> pieces, std::vector<std::uint32_t>& seam) {

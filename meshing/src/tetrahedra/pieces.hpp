@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "tetrahedra/editor.hpp"
@@ -28,5 +29,10 @@ std::vector<Piece> divided(const Piece& whole, const std::vector<double>& wanted
 /// @param whole as it was divided. @param pieces are used up. @return has no shared points any more.
 /// @param seam gets the points that were.
 Piece joined(const Piece& whole, std::vector<Piece> pieces, std::vector<std::uint32_t>& seam);
+
+/// Replaces each piece by what `work` makes of it, in this order and as many at a time as there are threads.
+/// @throws what `work` throws; Interrupted.
+void replace_all(std::vector<Piece>& pieces, unsigned threads,
+                 const std::function<Piece(const Piece&)>& work);
 
 }  // namespace bsp2::meshing
