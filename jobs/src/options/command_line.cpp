@@ -37,7 +37,7 @@ constexpr auto run_footer =
 /// Options as they are typed, before they mean something.
 struct Raw {
   std::string order, budget, folder, picture, frames, report, table, collect, snapshot, parts, exported,
-      rendered, points, series, viewed, view_eye;
+      rendered, drawn_input, points, series, viewed, view_eye;
   PictureText view;
   FilmText film;
   DrawingText drawing;
@@ -329,8 +329,19 @@ void set_kept(Options& options, const std::vector<std::string>& keep) {
 }
 
 /// Of a snapshot: nothing is computed.
-bool is_only_shown(const Raw& raw) {
-  return !raw.exported.empty() || !raw.rendered.empty() || !raw.points.empty();
+bool is_only_shown(const RunCommand& command, const Raw& raw) {
+  return !raw.exported.empty() || (!raw.rendered.empty() && command.resume) || !raw.points.empty();
+}
+
+/// What a picture or an animation is of: a snapshot, whatever it is called, or a model.
+void set_drawn_input(RunCommand& command, const std::filesystem::path& input) {
+  std::error_code none;
+  if (input.extension() == ".h5" || (std::filesystem::exists(input, none) && is_snapshot(input))) {
+    refuse_solid_options(command.options);
+    command.resume = input;
+  } else {
+    command.model = input;
+  }
 }
 
 void set_pictures(RunCommand& command, const Raw& raw) {
@@ -353,7 +364,7 @@ void set_pictures(RunCommand& command, const Raw& raw) {
         std::string("nothing is drawn: the options of pictures need --picture, --frames or -o DIR") +
         (raw.view.eye.empty() ? "" : "; what is refined from an --eye needs --angle or --order view") +
         " (see 'bsp2 run --help')");
-  if (!raw.rendered.empty() && outputs.view.shade == "rank")
+  if (is_only_shown(command, raw) && outputs.view.shade == "rank")
     throw Error(
         "--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, "
         "with 'bsp2 run --picture'");
@@ -452,6 +463,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(options, raw.keep);
   options.parts_by_colour = asks_for_colours(raw);
   if (raw.order == "priority" || raw.order == "view") options.order = Order::priority;
+  if (!raw.drawn_input.empty()) set_drawn_input(command, raw.drawn_input);
   set_eye(command, raw);
   if (!raw.budget.empty()) options.budget = parse_seconds(raw.budget);
   if (command.viewer) {
@@ -464,7 +476,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   if (!raw.report.empty()) outputs.report = raw.report;
   if (!raw.snapshot.empty())
     options.snapshot = raw.snapshot;
-  else if (command.resume && !is_only_shown(raw))
+  else if (command.resume && !is_only_shown(command, raw))
     options.snapshot = command.resume;
   if (!raw.table.empty()) outputs.table = raw.table;
   if (raw.collect == "master") options.collect = Collect::master;
@@ -473,7 +485,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   if (raw.mesh) outputs.cells = Outputs::cells_name;
   if (!raw.exported.empty()) set_export(outputs, raw.exported);
   if (!raw.points.empty()) command.points = raw.points;
-  if (is_only_shown(raw)) {
+  if (is_only_shown(command, raw)) {
     options.steps = 0;  // nothing is computed, only shown as it is
     command.quiet = true;
   }
@@ -575,6 +587,12 @@ void add_about_commands(CLI::App& app, AboutCommands& about) {
 
 }  // namespace
 
+void refuse_solid_options(const Options& options) {
+  if (options.curved || options.parts_by_colour || options.tolerance ||
+      options.coincidence != Options().coincidence)
+    throw Error("--curved, --parts, --coincidence and --tolerance are those of the snapshot: leave them out");
+}
+
 double parse_seconds(const std::string& text) {
   static const std::map<std::string, double> units{{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}, {"h", 3600}};
   const auto split = text.find_first_not_of("0123456789.");
@@ -619,17 +637,21 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   add_clean_option(*exported, command);
   add_list_formats_option(*exported, raw);
   exported->add_flag("--tets", command.options.outputs.tets, "cut the cells into tetrahedra in a .pvtu");
-  CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
-  add_input(*rendered, "SNAPSHOT", command.resume, "what --snapshot wrote");
+  CLI::App* rendered = app.add_subcommand("render", "Make a picture or an animation");
+  add_input(*rendered, "MODEL|SNAPSHOT", raw.drawn_input,
+            "a .csg or .scad file, or what --snapshot wrote (.h5)");
   add_path(*rendered, "-o,--output", raw.rendered, "the picture: .png, .svg or .pdf; or an animation", "FILE")
       ->required();
   add_picture_options(*rendered, raw.view);
   add_film_options(*rendered, raw.film);
-  add_threads_option(*rendered, command, "Options");
+  add_solid_options(*rendered, command, raw, work_group);
+  add_tolerance_option(*rendered, command, work_group);
+  add_threads_option(*rendered, command, work_group);
+  rendered->add_flag("--quiet", command.quiet, "print no summary and no progress");
   rendered->footer(
       "Examples:\n"
       "  bsp2 render run.h5 -o far.png --eye 60,-90,40 --size 2000x1500\n"
-      "  bsp2 render run.h5 -o turn.apng --turntable 120\n"
+      "  bsp2 render model.csg -o turn.apng --turntable 120\n"
       "  bsp2 render run.h5 -o inside.mp4 --sweep-section y:-10:10 --count 200");
   CLI::App* view = add_view_command(app, command, raw.viewed, raw.view_eye);
   add_model_options(*view, command, raw);

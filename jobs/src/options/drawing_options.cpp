@@ -113,10 +113,7 @@ void choose_drawing(const DrawingText& text, RunCommand& command) {
   check(words, "--");
   draw.drawing = words;
   if (command.model.extension() == ".h5") {
-    if (command.options.curved || command.options.parts_by_colour || command.options.tolerance ||
-        command.options.coincidence != Options().coincidence)
-      throw Error(
-          "--curved, --parts, --coincidence and --tolerance are those of the snapshot: leave them out");
+    refuse_solid_options(command.options);
     command.resume = command.model;
     command.options.steps = 0;  // nothing is computed, only drawn as it is
   } else {

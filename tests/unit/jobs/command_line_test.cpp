@@ -201,6 +201,18 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
   EXPECT_NE(
       message_for({"render", "a.h5", "-o", "p.png", "--shade", "rank"}).find("does not tell who computed"),
       std::string::npos);
+  const RunCommand of_model =
+      parsed({"render", "a.csg", "-o", "p.png", "--shade", "rank", "--curved", "--tolerance", "0.5"});
+  EXPECT_EQ(of_model.model, "a.csg");
+  EXPECT_FALSE(of_model.resume || of_model.options.steps || of_model.options.snapshot);
+  EXPECT_TRUE(of_model.options.curved);
+  EXPECT_EQ(of_model.options.tolerance, 0.5);
+  for (const std::vector<std::string>& more :
+       std::vector<std::vector<std::string>>{{"--curved"}, {"--tolerance", "1"}, {"--parts", "colour"}}) {
+    std::vector<std::string> arguments{"render", "a.h5", "-o", "p.png"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_NE(message_for(arguments).find("are those of the snapshot: leave them out"), std::string::npos);
+  }
   EXPECT_NE(message_for({"run", "a", "--edges"}).find("--picture"), std::string::npos);
   EXPECT_EQ(parsed({"run", "--edges", "a.csg", "--picture", "a.png"}).options.outputs.view.edges, "cells");
   EXPECT_EQ(parsed({"run", "a.csg", "--edges", "feature", "--picture", "a.png"}).options.outputs.view.edges,
