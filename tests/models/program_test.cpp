@@ -336,7 +336,12 @@ TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {
   EXPECT_NE(wrong.text.find("points.txt:2: "), std::string::npos) << wrong.text;
   EXPECT_EQ(start("query " + path + " --points " + (folder_.path() / "missing").string()).code, 2);
   EXPECT_EQ(start("render " + path + " -o " + picture + ".gif").code, 2);
-  EXPECT_EQ(start("render " + source + " -o " + picture).code, 2);
+  EXPECT_EQ(start("render " + source + "x -o " + picture).code, 2);
+  // Of a model as well.
+  const std::string drawn = (folder_.path() / "b.png").string();
+  ASSERT_EQ(start("run " + source + " --picture " + picture).code, 0);
+  EXPECT_EQ(start("render " + source + " -o " + drawn).code, 0);
+  EXPECT_EQ(contents(drawn), contents(picture));
 }
 
 TEST_F(Program, StartsWithoutWhatMostRunsDoNotNeed) {
