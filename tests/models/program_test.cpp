@@ -338,10 +338,10 @@ TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {
   EXPECT_EQ(start("render " + path + " -o " + picture + ".gif").code, 2);
   EXPECT_EQ(start("render " + source + "x -o " + picture).code, 2);
   // Of a model as well.
-  const std::string drawn = (folder_.path() / "b.png").string();
+  const std::string of_model = (folder_.path() / "c.png").string();
   ASSERT_EQ(start("run " + source + " --picture " + picture).code, 0);
-  EXPECT_EQ(start("render " + source + " -o " + drawn).code, 0);
-  EXPECT_EQ(contents(drawn), contents(picture));
+  EXPECT_EQ(start("render " + source + " -o " + of_model).code, 0);
+  EXPECT_EQ(contents(of_model), contents(picture));
 }
 
 TEST_F(Program, StartsWithoutWhatMostRunsDoNotNeed) {
