@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "support/listening.hpp"
+#include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace {
@@ -254,7 +255,7 @@ TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const char* wanted = std::getenv("BSP2_KILLS");
-  const int kills = wanted != nullptr ? std::atoi(wanted) : 20;
+  const int kills = wanted != nullptr ? std::atoi(wanted) : samples::rounds(20);
   constexpr int least_kills = 5;  // where each takes long, as under a sanitizer
   const auto are_enough = [&](int killed) {
     return killed >= kills ||

@@ -172,8 +172,7 @@ Truth winding_around(const Piece& piece, int n) {
 template <int D>
 void check_solid_streams(Random& random, int rounds, unsigned deepest, int n) {
   int surely_inside = 0;  // of thin pieces nothing is
-  for (int round = 0; round < rounds || (surely_inside == 0 && round < samples::rounds(10) * rounds);
-       ++round) {
+  for (int round = 0; round < rounds || (surely_inside == 0 && round < samples::all_rounds(40)); ++round) {
     SCOPED_TRACE(testing::Message() << "D=" << D << ", round " << round);
     std::vector<std::uint32_t> degrees;
     std::vector<std::size_t> counts;
@@ -199,11 +198,11 @@ void check_solid_streams(Random& random, int rounds, unsigned deepest, int n) {
 }
 
 TEST_F(SplineProducers, EmitStreamsOfRefinementsOfSolidsInThePlane) {
-  check_solid_streams<2>(random, 15, 16, 60);
+  check_solid_streams<2>(random, samples::rounds(15), 16, 60);
 }
 
 TEST_F(SplineProducers, EmitStreamsOfRefinementsOfSolidsInSpace) {
-  check_solid_streams<3>(random, 4, 22, 20);
+  check_solid_streams<3>(random, samples::rounds(4), 22, 20);
 }
 
 }  // namespace
