@@ -255,7 +255,7 @@ TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const char* wanted = std::getenv("BSP2_KILLS");
-  const int kills = wanted != nullptr ? std::atoi(wanted) : samples::rounds(20);
+  const int kills = wanted != nullptr ? std::atoi(wanted) : bsp2::samples::rounds(20);
   constexpr int least_kills = 5;  // where each takes long, as under a sanitizer
   const auto are_enough = [&](int killed) {
     return killed >= kills ||

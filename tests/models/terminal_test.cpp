@@ -90,8 +90,9 @@ TEST_F(Terminal, NamesEachSuperstepAndItsShareInOneLine) {
   const std::string ball = (folder_.path() / "ball.csg").string();
   std::ofstream(ball) << "sphere(r = 1);";
   const auto ignored = [](pid_t, int, const std::string&) {};
-  const std::vector<unsigned short> widths =
-      samples::is_sanitized ? std::vector<unsigned short>{40} : std::vector<unsigned short>{40, 80, 120};
+  const std::vector<unsigned short> widths = bsp2::samples::is_sanitized
+                                                 ? std::vector<unsigned short>{40}
+                                                 : std::vector<unsigned short>{40, 80, 120};
   for (const unsigned short columns : widths) {
     const Screen screen = on_terminal(arguments(11), columns, ignored);
     ASSERT_TRUE(WIFEXITED(screen.status) && WEXITSTATUS(screen.status) == 0) << screen.text;
