@@ -316,7 +316,8 @@ TEST(Tracing, ThreadsPutTheSameSurfaceTogether) {
   Random random(seed);
   std::vector<model::Expression> operands;
   for (int i = 0; i < 100; ++i) {
-    const double x = i % 10, y = i / 10;
+    const int column = i % 10, row = i / 10;
+    const double x = column, y = row;
     operands.push_back(shifted(4 * x, 4 * y, 0, model::sphere(1.5, 8)));
     if (chance(random, 0.3))
       for (const auto& outline : {Outline{{0, 0}, {2, 0}, {2, 2}}, Outline{{0, 0}, {0, 2}, {-2, 0}},
