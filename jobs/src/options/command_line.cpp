@@ -367,7 +367,7 @@ void set_pictures(RunCommand& command, const Raw& raw) {
   if (is_only_shown(command, raw) && outputs.view.shade == "rank")
     throw Error(
         "--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, "
-        "with 'bsp2 run --picture'");
+        "with 'bsp2 render MODEL' or 'bsp2 run --picture'");
 }
 
 /// Steps of their own, for what is shown of each.
