@@ -2,8 +2,8 @@
 //   BSP2_FAIL_AT     a superstep
 //   BSP2_FAIL_RANK   on which rank
 //   BSP2_FAIL_HOW    user: bsp2::Error; ours: std::logic_error; worker: worker threads have no memory in it;
-//                    busy: bsp2::Error, while all others are busy for a minute
-//                    stopped: SIGSTOP; asleep: for a minute; computing: for five seconds, and nothing fails
+//                    busy: bsp2::Error, while all others are busy for an hour
+//                    stopped: SIGSTOP; asleep: for an hour; computing: for five seconds, and nothing fails
 //                    main:N or worker:N: the N-th allocation, from there on, of the main thread or of workers
 //                    fails
 #include <atomic>
@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
   const std::string at = variable("BSP2_FAIL_AT"), how = variable("BSP2_FAIL_HOW");
   if (how == "busy")
     ranks.on_superstep = [=](const std::string& name, unsigned) {
-      if (name == at) std::this_thread::sleep_for(std::chrono::minutes(1));
+      if (name == at) std::this_thread::sleep_for(std::chrono::hours(1));
     };
   if (variable("BSP2_FAIL_RANK") == std::to_string(ranks.rank()))
     ranks.on_superstep = [=](const std::string& name, unsigned) {
@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
       if (how == "user" || how == "busy") throw Error("injected mistake");
       if (how == "ours") throw std::logic_error("injected bug");
       if (how == "stopped") raise(SIGSTOP);
-      if (how == "asleep") std::this_thread::sleep_for(std::chrono::minutes(1));
+      if (how == "asleep") std::this_thread::sleep_for(std::chrono::hours(1));
       if (how == "computing")
         for (const auto begin = std::chrono::steady_clock::now();
              std::chrono::steady_clock::now() - begin < std::chrono::seconds(5);) {

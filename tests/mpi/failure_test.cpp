@@ -18,6 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Seconds in which all ranks have ended: far more than it takes on a busy machine, far less than anything
+/// here waits or computes if nobody ends it.
+constexpr double soon = 60;
+
 struct Ended {
   int code = 0;
   double seconds = 0;
@@ -27,7 +31,7 @@ struct Ended {
 
 Ended start(const std::string& environment, int ranks, const std::string& arguments) {
   const auto begin = std::chrono::steady_clock::now();
-  const std::string command = environment + " timeout --kill-after=5 30 " + MPIEXEC + " --oversubscribe -n " +
+  const std::string command = environment + " timeout --kill-after=5 120 " + MPIEXEC + " --oversubscribe -n " +
                               std::to_string(ranks) + " " + FAILING_PROGRAM + " " + arguments + " 2>&1";
   FILE* pipe = popen(command.c_str(), "r");
   std::string text;
@@ -57,9 +61,10 @@ class Failure : public testing::Test {
   [[nodiscard]] std::string out() const { return (folder_.path() / "out").string(); }
 
   /// Fails in a run of the model that writes all it can.
+  /// @param model and options.
   /// @param lost what is then not there; empty: nothing is.
   void expect_agreed(const std::string& superstep, int ranks, int rank, const std::string& how,
-                     const fs::path& model, const std::string& collect = "file",
+                     const std::string& model, const std::string& collect = "file",
                      const std::string& lost = "") {
     SCOPED_TRACE(superstep + ", rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", " + how);
     const std::string place = ranks == 1 ? "" : " (" + superstep + ", rank " + std::to_string(rank) + ")";
@@ -68,12 +73,12 @@ class Failure : public testing::Test {
                                                              : "out of memory";
     const Ended ended =
         start(failing(superstep, rank, how), ranks,
-              "run " + model.string() + " --regions 8 --collect " + collect + " --threads 2 -o " + out());
+              "run " + model + " --regions 8 --collect " + collect + " --threads 2 -o " + out());
     EXPECT_EQ(ended.code, how == "user" || how == "busy" ? 2 : 1);
     ASSERT_EQ(ended.messages.size(), 1U) << ended.text;
     EXPECT_TRUE(ended.messages[0].starts_with("bsp2: ") && ended.messages[0].ends_with(cause + place))
         << ended.messages[0];
-    EXPECT_LT(ended.seconds, lost.empty() ? 10 : 20);
+    EXPECT_LT(ended.seconds, soon);
     for (const std::string name : {"report.json", "solid.pvtu", "view.png", "boundary.stl", "snapshot.h5"})
       EXPECT_EQ(fs::exists(out() + "/" + name), !lost.empty() && name != lost) << name << ended.text;
     if (fs::exists(out())) {
@@ -110,19 +115,12 @@ TEST_F(Failure, InOneOutputLeavesTheOthers) {
   expect_lost("snapshot", 1, 0, "user", "file", "snapshot.h5");
 }
 
-/// The other rank has much to compute: it must not finish that first.
+/// The other rank would compute for hours: it must not finish that first.
 TEST_F(Failure, OfAThreadEndsWhatTheOthersCompute) {
-  std::mt19937 random(1);
-  const auto number = [&] { return std::to_string(std::uniform_real_distribution<double>(0, 20)(random)); };
-  const fs::path model = folder_.path() / "heavy.csg";
-  std::ofstream file(model);
-  file << "difference() { cube(size=[20,20,20]);\n";
-  for (int i = 0; i < 6000; ++i)
-    file << "multmatrix([[1,0,0," << number() << "],[0,1,0," << number() << "],[0,0,1," << number()
-         << "],[0,0,0,1]]) { sphere($fn=10,r=0.7); }\n";
-  file << "}\n";
-  file.close();
-  for (const int rank : {0, 1}) expect_agreed("computation", 2, rank, "worker", model);
+  const fs::path model = folder_.path() / "endless.csg";
+  std::ofstream(model) << "sphere(r = 10);\n";
+  for (const int rank : {0, 1})
+    expect_agreed("computation", 2, rank, "worker", model.string() + " --curved --tolerance 1e-9");
 }
 
 /// Nobody waits for a rank that does not listen.
@@ -153,7 +151,7 @@ TEST_F(Failure, OfAFullDiskNamesTheFileAndTheReason) {
       EXPECT_TRUE(ended.messages[0].starts_with("bsp2: cannot write the snapshot '" + snapshot +
                                                 "': No space left on device"))
           << ended.messages[0];
-      EXPECT_LT(ended.seconds, 15);
+      EXPECT_LT(ended.seconds, soon);
       EXPECT_EQ(ended.text.find("\nrun.h5"), std::string::npos) << ended.text;
       EXPECT_EQ(ended.text.find("\n.run.h5"), std::string::npos) << ended.text;
     }
@@ -189,7 +187,7 @@ TEST_F(Failure, ARankWithoutASignOfLifeIsMissed) {
         << ended.messages[0];
     EXPECT_NE(ended.messages[0].find("no sign of life for 3 s"), std::string::npos) << ended.messages[0];
     EXPECT_GT(ended.seconds, 3);
-    EXPECT_LT(ended.seconds, 20);
+    EXPECT_LT(ended.seconds, soon);
     EXPECT_EQ(fs::file_size(snapshot), size);
     EXPECT_NE(start("", 1, "info " + snapshot).text.find("complete"), std::string::npos);
   }
@@ -241,7 +239,7 @@ TEST_F(Failure, AtAnyAllocationEndsAllRanks) {
         EXPECT_TRUE(ended.messages[0].starts_with("bsp2: ")) << ended.messages[0];
         EXPECT_NE(ended.messages[0].find("out of memory ("), std::string::npos) << ended.messages[0];
         EXPECT_TRUE(ended.messages[0].ends_with(", rank " + std::to_string(rank) + ")")) << ended.messages[0];
-        EXPECT_LT(ended.seconds, 20);  // two ranks may fail one after the other, each with its patience
+        EXPECT_LT(ended.seconds, soon);
         fs::remove_all(out());
       }
     }
