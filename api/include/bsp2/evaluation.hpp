@@ -95,7 +95,8 @@ struct Options {
   /// Only the surface and figures are wanted of a solid of space: where it can be found without cells, none
   /// are made, and none are read of a snapshot that holds it.
   bool surface_only = false;
-  bool faces = false;     ///< its faces, too, which files for CAD programs hold; likewise
+  bool faces = false;     ///< its faces, too, which files for CAD programs hold, and those of parts for
+                          ///< printers; likewise
   bool contacts = false;  ///< which cells touch; likewise
   std::optional<std::filesystem::path> snapshot;  ///< written at the end, or whenever a budget has passed
   std::optional<double> timeout;  ///< after which a silent rank ends all, in seconds; of this evaluation

@@ -68,7 +68,7 @@ void Result::Implementation::write_on_master(const std::filesystem::path& path, 
     if (result.report.dimension == 2 && format->is_plane)
       find_outlines();
     else
-      find_surface(format->has_faces);
+      find_surface(format->has_faces || (format->closes_parts && !result.part_names.empty()));
     auto& told = result.report.warnings;
     const auto before = static_cast<std::ptrdiff_t>(told.size());
     supersteps::write_boundary(result, path, options.clean, result.report.threads);

@@ -343,6 +343,7 @@ void ask_for(const Outputs& files, bool only, supersteps::RunOptions& run) {
   const bool has_surfaces = !files.surfaces.empty();
   run.boundary = run.boundary || has_surfaces || files.drawing;
   run.faces = run.faces || files.drawing || any([](const auto& format) { return format.has_faces; });
+  run.closes_parts = run.closes_parts || any([](const auto& format) { return format.closes_parts; });
   run.outlines = run.outlines || any([](const auto& format) { return format.is_plane; });
   run.traces_boundary = run.traces_boundary || has_surfaces;
   if (files.film || files.solver_mesh) run.collect = supersteps::Collect::master;  // which makes them

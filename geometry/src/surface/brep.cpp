@@ -620,4 +620,27 @@ Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surfac
   return brep;
 }
 
+bool has_interfaces(const Brep& brep) {
+  return std::any_of(brep.faces.begin(), brep.faces.end(),
+                     [](const Brep::Face& face) { return face.other != Brep::outside; });
+}
+
+TriangleSurface surface_by_part(const Brep& brep) {
+  TriangleSurface surface;
+  surface.closes_parts = true;
+  surface.points = brep.points;
+  surface.triangles.reserve(brep.triangles.size());
+  surface.owner.reserve(brep.triangles.size());
+  for (std::size_t t = 0; t < brep.triangles.size(); ++t) {
+    const auto& [a, b, c] = brep.triangles[t];
+    const Brep::Face& face = brep.faces[brep.face_of_triangle[t]];
+    surface.triangles.push_back({a, b, c});
+    surface.owner.push_back(face.part);
+    if (face.other == Brep::outside) continue;
+    surface.triangles.push_back({a, c, b});
+    surface.owner.push_back(face.other);
+  }
+  return surface;
+}
+
 }  // namespace bsp2::geometry

@@ -153,7 +153,7 @@ class Gltf {
 
   /// After its positions.
   void add_part(const PartPiece& piece) {
-    const std::int32_t owner = piece.owners.front();
+    const std::int32_t owner = piece.owner;
     const std::string name = labels_.name(owner);
     const std::size_t positions = json_["accessors"].size() - 1;
     const std::size_t normals = add_accessor(view_normals, component_float, piece.points.size(), "VEC3");

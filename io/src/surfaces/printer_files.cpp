@@ -16,9 +16,8 @@ class Materials {
  public:
   Materials(const std::vector<PrintedObject>& objects, const PartLabels& labels) {
     for (const PrintedObject& object : objects)
-      for (const std::int32_t owner : object.owners)
-        if (labels.colour(owner) && number_.try_emplace(owner, owners_.size()).second)
-          owners_.push_back(owner);
+      if (labels.colour(object.owner) && number_.try_emplace(object.owner, owners_.size()).second)
+        owners_.push_back(object.owner);
   }
   [[nodiscard]] const std::vector<std::int32_t>& owners() const { return owners_; }
   [[nodiscard]] bool have(std::int32_t owner) const { return number_.contains(owner); }
@@ -58,20 +57,14 @@ void write_3mf_materials(Text& text, const Materials& materials, const PartLabel
 
 void write_3mf_object(Text& text, const PrintedObject& object, std::size_t id, const Materials& materials) {
   text << "  <object id=\"" << id << "\" type=\"model\" name=\"" << quoted(object.name) << '"';
-  const std::int32_t usual = object.owners.front();
-  if (object.owners.size() == 1 && materials.have(usual))
-    text << " pid=\"" << materials_id << "\" pindex=\"" << materials[usual] << '"';
+  if (materials.have(object.owner))
+    text << " pid=\"" << materials_id << "\" pindex=\"" << materials[object.owner] << '"';
   text << ">\n   <mesh>\n    <vertices>\n";
   for (const auto& [x, y, z] : object.mesh.points)
     text << "     <vertex x=\"" << x << "\" y=\"" << y << "\" z=\"" << z << "\"/>\n";
   text << "    </vertices>\n    <triangles>\n";
-  for (std::size_t t = 0; t < object.mesh.triangles.size(); ++t) {
-    const auto& [a, b, c] = object.mesh.triangles[t];
-    text << "     <triangle v1=\"" << a << "\" v2=\"" << b << "\" v3=\"" << c;
-    if (const std::int32_t owner = object.mesh.owner[t]; object.owners.size() > 1 && materials.have(owner))
-      text << "\" pid=\"" << materials_id << "\" p1=\"" << materials[owner];
-    text << "\"/>\n";
-  }
+  for (const auto& [a, b, c] : object.mesh.triangles)
+    text << "     <triangle v1=\"" << a << "\" v2=\"" << b << "\" v3=\"" << c << "\"/>\n";
   text << "    </triangles>\n   </mesh>\n  </object>\n";
 }
 
@@ -92,35 +85,28 @@ void write_amf_colour(Text& text, const SurfaceParts::Colour& colour) {
   text << "</color>";
 }
 
-void write_amf_object(Text& text, const PrintedObject& object, std::size_t id, const Materials& materials,
-                      const PartLabels& labels) {
+void write_amf_object(Text& text, const PrintedObject& object, std::size_t id, const Materials& materials) {
   text << " <object id=\"" << id << "\">\n  <metadata type=\"name\">" << quoted(object.name)
        << "</metadata>\n  <mesh>\n   <vertices>\n";
   for (const auto& [x, y, z] : object.mesh.points)
     text << "    <vertex><coordinates><x>" << x << "</x><y>" << y << "</y><z>" << z
          << "</z></coordinates></vertex>\n";
   text << "   </vertices>\n   <volume";
-  const std::int32_t usual = object.owners.front();
-  if (object.owners.size() == 1 && materials.have(usual))
-    text << " materialid=\"" << materials[usual] + 1 << '"';
+  if (materials.have(object.owner)) text << " materialid=\"" << materials[object.owner] + 1 << '"';
   text << ">\n";
-  for (std::size_t t = 0; t < object.mesh.triangles.size(); ++t) {
-    const auto& [a, b, c] = object.mesh.triangles[t];
-    text << "    <triangle>";
-    if (const auto colour = labels.colour(object.mesh.owner[t]); colour && object.owners.size() > 1)
-      write_amf_colour(text, *colour);
-    text << "<v1>" << a << "</v1><v2>" << b << "</v2><v3>" << c << "</v3></triangle>\n";
-  }
+  for (const auto& [a, b, c] : object.mesh.triangles)
+    text << "    <triangle><v1>" << a << "</v1><v2>" << b << "</v2><v3>" << c << "</v3></triangle>\n";
   text << "   </volume>\n  </mesh>\n </object>\n";
 }
 
-std::size_t expected_size(const SingleSurface& surface) {
+std::size_t expected_size(const geometry::TriangleSurface& surface) {
   return 4096 + 110 * surface.points.size() + 75 * surface.triangles.size();
 }
 
 }  // namespace
 
-std::string to_3mf(const SingleSurface& surface, const PartLabels& labels, std::vector<std::string>& notes) {
+std::string to_3mf(const geometry::TriangleSurface& surface, const PartLabels& labels,
+                   std::vector<std::string>& notes) {
   const std::vector<PrintedObject> objects = printed_objects(surface, labels, notes);
   const Materials materials(objects, labels);
   Text text(expected_size(surface));
@@ -143,12 +129,13 @@ std::string to_3mf(const SingleSurface& surface, const PartLabels& labels, std::
   Zip zip;
   zip.add("[Content_Types].xml", content_types);
   zip.add("_rels/.rels", relationships);
-  zip.add("Metadata/thumbnail.png", thumbnail(surface, labels), Zip::Packing::store);
+  zip.add("Metadata/thumbnail.png", thumbnail(objects, labels), Zip::Packing::store);
   zip.add("3D/3dmodel.model", text.take());
   return zip.take();
 }
 
-std::string to_amf(const SingleSurface& surface, const PartLabels& labels, std::vector<std::string>& notes) {
+std::string to_amf(const geometry::TriangleSurface& surface, const PartLabels& labels,
+                   std::vector<std::string>& notes) {
   const std::vector<PrintedObject> objects = printed_objects(surface, labels, notes);
   const Materials materials(objects, labels);
   Text text(expected_size(surface));
@@ -160,7 +147,7 @@ std::string to_amf(const SingleSurface& surface, const PartLabels& labels, std::
     write_amf_colour(text, *labels.colour(owner));
     text << "</material>\n";
   }
-  for (std::size_t i = 0; i < objects.size(); ++i) write_amf_object(text, objects[i], i, materials, labels);
+  for (std::size_t i = 0; i < objects.size(); ++i) write_amf_object(text, objects[i], i, materials);
   text << "</amf>\n";
   return text.take();
 }

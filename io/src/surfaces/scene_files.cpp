@@ -47,7 +47,7 @@ std::string to_vrml(const SingleSurface& surface, const PartLabels& labels) {
        << " info \"written by bsp2\" }\n";
   Words words(Words::Kind::identifier);
   for (const PartPiece& piece : pieces_by_part(surface.points.size(), surface.triangles, surface.owner)) {
-    const std::int32_t owner = piece.owners.front();
+    const std::int32_t owner = piece.owner;
     const auto colour = labels.shown_colour(owner);
     text << "# " << labels.name(owner) << "\nDEF " << words.word(labels.name(owner), owner)
          << " Shape {\n appearance Appearance { material Material { diffuseColor ";
@@ -77,7 +77,7 @@ std::string to_x3d(const SingleSurface& surface, const PartLabels& labels) {
 )";
   Words words(Words::Kind::identifier);
   for (const PartPiece& piece : pieces_by_part(surface.points.size(), surface.triangles, surface.owner)) {
-    const std::int32_t owner = piece.owners.front();
+    const std::int32_t owner = piece.owner;
     const auto colour = labels.shown_colour(owner);
     text << "<Group DEF=\"" << words.word(labels.name(owner), owner) << "\">\n<WorldInfo title=\""
          << quoted(labels.name(owner)) << "\"/>\n<Shape>\n<Appearance><Material diffuseColor=\"";

@@ -20,12 +20,14 @@ namespace {
 using geometry::TriangleSurface;
 
 constexpr bool single = true, all_digits = false, named = true, nameless = false, coloured = true,
-               plain = false, faces = true, no_faces = false, plane = true;
+               plain = false, faces = true, no_faces = false, plane = true, solid = false, by_part = true;
 
 /// By ending.
 constexpr SurfaceFormat formats[] = {
-    {".3mf", "for printers: an object a part, units, a picture", single, named, coloured},
-    {".amf", "for printers, as OpenSCAD: an object a part", single, named, coloured},
+    {".3mf", "for printers: an object a part, units, a picture", single, named, coloured, no_faces, solid,
+     by_part},
+    {".amf", "for printers, as OpenSCAD: an object a part", single, named, coloured, no_faces, solid,
+     by_part},
     {".brep", "faces, as Open CASCADE keeps them", all_digits, nameless, plain, faces},
     {".dxf", "outlines of plane models: a layer a part", all_digits, named, coloured, no_faces, plane},
     {".glb", "glTF for viewers, binary: sharp edges as lines", single, named, coloured},
@@ -95,16 +97,24 @@ std::string warning_of(const fs::path& path, const SurfaceFormat& format, const 
   return text.str();
 }
 
-/// The bytes of a file in single precision.
-std::string single_bytes(const SurfaceFormat& format, const SingleSurface& surface, const PartLabels& labels,
-                         std::vector<std::string>& notes) {
-  if (format.ending == ".3mf") return to_3mf(surface, labels, notes);
-  if (format.ending == ".amf") return to_amf(surface, labels, notes);
+/// The bytes of a file for pictures.
+std::string scene_bytes(const SurfaceFormat& format, const SingleSurface& surface, const PartLabels& labels) {
   if (format.ending == ".glb") return to_gltf(surface, labels, GltfForm::binary);
   if (format.ending == ".gltf") return to_gltf(surface, labels, GltfForm::text);
   if (format.ending == ".wrl") return to_vrml(surface, labels);
   if (format.ending == ".x3d") return to_x3d(surface, labels);
   throw std::logic_error("no writer for " + std::string(format.ending));
+}
+
+/// Files in single precision.
+void write_single(const fs::path& path, const SurfaceFormat& format, const TriangleSurface& surface,
+                  const SurfaceParts& parts, std::vector<std::string>& notes) {
+  const PartLabels labels(parts, path.stem().string());
+  if (format.ending == ".3mf") return write_file(path, to_3mf(surface, labels, notes));
+  if (format.ending == ".amf") return write_file(path, to_amf(surface, labels, notes));
+  const SingleSurface rounded = rounded_to_single(surface);
+  if (format.ending == ".stl") return write_file(path, to_stl(rounded));
+  write_file(path, scene_bytes(format, rounded, labels));
 }
 
 void write_obj(const fs::path& path, const TriangleSurface& surface, const SurfaceParts& parts) {
@@ -212,12 +222,7 @@ SurfaceRemarks write_surface(const fs::path& path, const TriangleSurface& surfac
       throw Error("cannot write '" + path.string() +
                   "': coordinates above 3.4e38 are too large for the single precision of " +
                   std::string(format.ending) + "; " + exact_endings() + " keep them");
-    const PartLabels labels(parts, path.stem().string());
-    const SingleSurface rounded = rounded_to_single(surface);
-    if (format.ending == ".stl")
-      write_file(path, to_stl(rounded));
-    else
-      write_file(path, single_bytes(format, rounded, labels, remarks.notes));
+    write_single(path, format, surface, parts, remarks.notes);
     remarks.warning = warning_of(path, format, loss_in_single(found != nullptr ? *found : surface));
   }
   for (std::string& note : remarks.notes) note = path.string() + ": " + note;

@@ -99,44 +99,66 @@ std::string png_of(const Canvas256& canvas) {
   return png;
 }
 
+/// Of a face of this colour, as bright as the light on it.
+Rgb lit(const SurfaceParts::Colour& colour, const Point3Of<float>& p, const Point3Of<float>& q,
+        const Point3Of<float>& r) {
+  std::array<double, 3> n;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    n[k] = (double{q[l]} - p[l]) * (double{r[m]} - p[m]) - (double{q[m]} - p[m]) * (double{r[l]} - p[l]);
+  }
+  const double length = std::hypot(n[0], n[1], n[2]);
+  const double towards_light = length > 0 ? (0.2 * n[0] - 0.5 * n[1] + 0.84 * n[2]) / length : 0;
+  const double light = 0.45 + 0.55 * std::max(0.0, towards_light);
+  Rgb result;
+  for (std::size_t k = 0; k < 3; ++k) result[k] = static_cast<std::uint8_t>(light * colour[k]);
+  return result;
+}
+
+/// Where points are in the picture, which all of them fill.
+class Projection {
+ public:
+  explicit Projection(const std::vector<PrintedObject>& objects) {
+    low_.fill(std::numeric_limits<double>::max());
+    high_.fill(std::numeric_limits<double>::lowest());
+    for (const PrintedObject& object : objects)
+      for (const auto& point : object.mesh.points) {
+        const Seen at = turned(point);
+        for (std::size_t k = 0; k < 3; ++k) {
+          low_[k] = std::min(low_[k], at[k]);
+          high_[k] = std::max(high_[k], at[k]);
+        }
+      }
+    const double extent = std::max(high_[0] - low_[0], high_[1] - low_[1]);
+    scale_ = extent > 0 ? 0.94 * raster / extent : 1;
+  }
+  [[nodiscard]] Seen operator()(const Point3Of<float>& point) const {
+    Seen at = turned(point);
+    for (std::size_t k = 0; k < 2; ++k) at[k] = raster / 2.0 + scale_ * (at[k] - (low_[k] + high_[k]) / 2);
+    return at;
+  }
+
+ private:
+  View view_;
+  Seen low_, high_;
+  double scale_;
+
+  [[nodiscard]] Seen turned(const Point3Of<float>& point) const {
+    return {along(view_.right, point), along(view_.up, point), along(view_.eye, point)};
+  }
+};
+
 }  // namespace
 
-std::string thumbnail(const SingleSurface& surface, const PartLabels& labels) {
-  const View view;
+std::string thumbnail(const std::vector<PrintedObject>& objects, const PartLabels& labels) {
+  const Projection seen(objects);
   Canvas256 canvas;
-  std::vector<Seen> seen;
-  Seen low, high;
-  low.fill(std::numeric_limits<double>::max());
-  high.fill(std::numeric_limits<double>::lowest());
-  for (const auto& point : surface.points) {
-    const Seen at{along(view.right, point), along(view.up, point), along(view.eye, point)};
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], at[k]);
-      high[k] = std::max(high[k], at[k]);
+  for (const PrintedObject& object : objects) {
+    const auto colour = labels.shown_colour(object.owner);
+    for (const auto& [a, b, c] : object.mesh.triangles) {
+      const auto &p = object.mesh.points[a], &q = object.mesh.points[b], &r = object.mesh.points[c];
+      canvas.draw({seen(p), seen(q), seen(r)}, lit(colour, p, q, r));
     }
-    seen.push_back(at);
-  }
-  const double extent = std::max(high[0] - low[0], high[1] - low[1]);
-  const double scale = extent > 0 ? 0.94 * raster / extent : 1;
-  for (Seen& at : seen)
-    for (std::size_t k = 0; k < 2; ++k) at[k] = raster / 2.0 + scale * (at[k] - (low[k] + high[k]) / 2);
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto& [a, b, c] = surface.triangles[t];
-    const auto& p = surface.points[a];
-    const auto &q = surface.points[b], &r = surface.points[c];
-    std::array<double, 3> n;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
-      n[k] = (double{q[l]} - p[l]) * (double{r[m]} - p[m]) - (double{q[m]} - p[m]) * (double{r[l]} - p[l]);
-    }
-    const double length = std::hypot(n[0], n[1], n[2]);
-    if (!(length > 0)) continue;
-    const double towards_light = (0.2 * n[0] - 0.5 * n[1] + 0.84 * n[2]) / length;
-    const double light = 0.45 + 0.55 * std::max(0.0, towards_light);
-    const auto colour = labels.shown_colour(surface.owner[t]);
-    Rgb lit;
-    for (std::size_t k = 0; k < 3; ++k) lit[k] = static_cast<std::uint8_t>(light * colour[k]);
-    canvas.draw({seen[a], seen[b], seen[c]}, lit);
   }
   return png_of(canvas);
 }

@@ -24,8 +24,12 @@ std::string to_mtl(const geometry::TriangleSurface& surface, const PartLabels& l
 /// @param notes what is told of the file is added, as parts of a sentence that begins with its name.
 std::string to_off(const geometry::TriangleSurface& surface, const PartLabels& labels,
                    std::vector<std::string>& notes);
-std::string to_amf(const SingleSurface& surface, const PartLabels& labels, std::vector<std::string>& notes);
-std::string to_3mf(const SingleSurface& surface, const PartLabels& labels, std::vector<std::string>& notes);
+/// Likewise. @param surface closes parts that touch; its corners are rounded to single precision.
+std::string to_amf(const geometry::TriangleSurface& surface, const PartLabels& labels,
+                   std::vector<std::string>& notes);
+/// Likewise.
+std::string to_3mf(const geometry::TriangleSurface& surface, const PartLabels& labels,
+                   std::vector<std::string>& notes);
 
 enum class GltfForm { binary, text };
 std::string to_gltf(const SingleSurface& surface, const PartLabels& labels, GltfForm form);

@@ -78,6 +78,7 @@ class SurfaceCleaner {
       : points_(surface.points),
         triangles_(surface.triangles),
         owner_(surface.owner),
+        closes_parts_(surface.closes_parts),
         length_(length),
         fixed_(fixed),
         is_touched_(points_.size()),
@@ -110,6 +111,7 @@ class SurfaceCleaner {
   /// @param changed gets the triangles of it that are not of the surface, by their numbers.
   TriangleSurface result(std::vector<Index>& changed) {
     TriangleSurface result;
+    result.closes_parts = closes_parts_;
     std::vector<Index> number(points_.size(), none);
     for (Index i = 0; i < triangles_.size(); ++i) {
       if (!is_there(i)) continue;
@@ -143,6 +145,7 @@ class SurfaceCleaner {
   std::vector<Point3> points_;
   std::vector<Triangle> triangles_;
   std::vector<std::int32_t> owner_;
+  bool closes_parts_;
   CleanLength length_;
   const std::vector<bool>& fixed_;
   std::vector<bool> is_touched_;
@@ -210,9 +213,27 @@ class SurfaceCleaner {
     }
     if (is_thin(shape(t))) slivers_.push_back(i);
   }
-  [[nodiscard]] std::uint64_t remaining_faults(Index i) const {
-    const Shape s = shape(triangles_[i]);
-    return is_thin(s) ? 1 : 0;
+  [[nodiscard]] std::uint64_t remaining_faults(Index i) {
+    if (!is_thin(shape(triangles_[i]))) return 0;
+    const auto other = other_side(i);
+    return other && *other < i ? 0 : 1;
+  }
+
+  // --- between parts ---
+
+  /// Whether two triangles have the same corners and look in opposite directions.
+  [[nodiscard]] bool are_opposite(Index i, Index other) const {
+    const Triangle &t = triangles_[i], &o = triangles_[other];
+    if (!has(o, t[0]) || !has(o, t[1]) || !has(o, t[2])) return false;
+    const auto at = static_cast<std::size_t>(std::ranges::find(o, t[0]) - o.begin());
+    return o[(at + 1) % 3] == t[2];
+  }
+  /// Where each part is closed by itself: the triangle of the part on the other side of this one.
+  [[nodiscard]] std::optional<Index> other_side(Index i) {
+    if (!closes_parts_) return std::nullopt;
+    for (const Index other : star(triangles_[i][0]))
+      if (owner_[other] != owner_[i] && are_opposite(i, other)) return other;
+    return std::nullopt;
   }
 
   void take_all_listed() {
@@ -294,14 +315,11 @@ class SurfaceCleaner {
       if (is_there(i) && !cancel(i)) list(i);
   }
 
-  /// Removes a triangle with another one that has the same corners and looks the other way.
+  /// Removes a triangle with another one that has the same corners and looks the other way: nothing is
+  /// between them. Where each part is closed by itself, those of two parts stay.
   bool cancel(Index i) {
-    const Triangle t = triangles_[i];
-    for (const Index other : star(t[0])) {
-      const Triangle& o = triangles_[other];
-      if (other == i || !has(o, t[1]) || !has(o, t[2])) continue;
-      const auto at = static_cast<std::size_t>(std::ranges::find(o, t[0]) - o.begin());
-      if (o[(at + 1) % 3] != t[2]) continue;
+    for (const Index other : star(triangles_[i][0])) {
+      if (other == i || !are_opposite(i, other) || (closes_parts_ && owner_[other] != owner_[i])) continue;
       remove(other);
       remove(i);
       return true;
@@ -311,7 +329,7 @@ class SurfaceCleaner {
 
   // --- slivers ---
 
-  /// Lets the neighbours at its longest side have a triangle.
+  /// Lets the neighbours at its longest side have a triangle, and that of another part on its other side.
   void take_in(Index sliver) {
     if (is_fixed(sliver)) return;
     const Shape thin = shape(triangles_[sliver]);
@@ -319,9 +337,10 @@ class SurfaceCleaner {
     const Triangle t = triangles_[sliver];
     const Index b = t[k], c = t[(k + 1) % 3], a = t[(k + 2) % 3];
     const double thickness = thin.thickness();
+    const auto other = other_side(sliver);
     std::vector<Index> neighbours;
     for (const Index i : star(a))
-      if (i != sliver && has(triangles_[i], c)) neighbours.push_back(i);
+      if (i != sliver && i != other && has(triangles_[i], c)) neighbours.push_back(i);
     for (const Index i : neighbours)
       if (has(triangles_[i], b)) {  // the two are one and its opposite, or the surface has it twice
         if (!cancel(sliver)) return;
@@ -338,6 +357,7 @@ class SurfaceCleaner {
       if (!may_be_split(i, a, c, b, bend)) return;
     }
     remove(sliver);
+    if (other) remove(*other);
     ++cleaning_.slivers;
     for (const Index i : neighbours) split(i, a, c, b, bend);
   }
@@ -404,21 +424,27 @@ class SurfaceCleaner {
     return is_changed;
   }
 
-  /// The ends of the edges at a corner that must stay: between parts, or where other than two triangles meet.
-  [[nodiscard]] std::vector<Index> lasting_edges(Index corner, const std::vector<Index>& triangles) const {
+  /// The ends of the edges at a corner that must stay: between parts, or where other than two triangles meet,
+  /// of which the two sides of one between parts are one.
+  [[nodiscard]] std::vector<Index> lasting_edges(Index corner, const std::vector<Index>& triangles) {
+    using Parts = std::pair<std::int32_t, std::int32_t>;  // on the sides of a triangle, the lower one first
     struct Sides {
       int count = 0;
-      std::int32_t owner = 0;
+      Parts parts;
       bool differs = false;
     };
     std::map<Index, Sides> sides;
-    for (const Index i : triangles)
+    for (const Index i : triangles) {
+      const auto other = other_side(i);
+      if (other && *other < i) continue;
+      const Parts parts = std::minmax(owner_[i], other ? owner_[*other] : owner_[i]);
       for (const Index end : triangles_[i]) {
         if (end == corner) continue;
         Sides& s = sides[end];
-        if (s.count++ == 0) s.owner = owner_[i];
-        s.differs = s.differs || s.owner != owner_[i];
+        if (s.count++ == 0) s.parts = parts;
+        s.differs = s.differs || s.parts != parts;
       }
+    }
     std::vector<Index> ends;
     for (const auto& [end, s] : sides)
       if (s.count != 2 || s.differs) ends.push_back(end);

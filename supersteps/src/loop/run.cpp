@@ -482,6 +482,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   const std::shared_ptr<const dataflow::Network<D>> held = own;
   const dataflow::Network<D>& network = *held;
   check_same_model(ranks, network, report.model);
+  options.faces = options.faces || (options.closes_parts && network.is_divided());
   limit_refinement(network, options);
   if (network.is_round()) tell_of_refinement(report, options);
   report.warnings.insert(report.warnings.end(), network.warnings.begin(), network.warnings.end());

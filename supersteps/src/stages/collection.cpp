@@ -204,11 +204,16 @@ std::string told(const CleaningReport& cleaning) {
   return text.str();
 }
 
+/// Whether a file needs what is between parts, and there is something.
+bool needs_interfaces(const io::SurfaceFormat& format, const RunResult& result) {
+  return format.closes_parts && result.faces && geometry::has_interfaces(*result.faces);
+}
+
 /// The surface for a file. @return the one that was found where nothing is to be cleaned.
 const geometry::TriangleSurface& surface_for(const std::filesystem::path& path, RunResult& result,
+                                             const geometry::TriangleSurface& found,
                                              std::optional<double> clean, unsigned threads,
                                              geometry::TriangleSurface& cleaned) {
-  const geometry::TriangleSurface& found = result.boundary.value();
   model::CleanLength length;
   (clean ? length.length : length.of_coordinate) = clean ? *clean : io::least_step(path);
   if (!(length.at(1) > 0)) return found;
@@ -246,9 +251,12 @@ void write_boundary(RunResult& result, const std::filesystem::path& path, std::o
   } else if (result.outlines) {
     remarks.notes = io::write_outline(path, *result.outlines, parts_of(result));
   } else {
-    geometry::TriangleSurface cleaned;
-    const auto& surface = surface_for(path, result, clean, threads, cleaned);
-    remarks = io::write_surface(path, surface, parts_of(result), clean ? nullptr : &*result.boundary);
+    geometry::TriangleSurface by_part, cleaned;
+    const bool by_parts = format != nullptr && needs_interfaces(*format, result);
+    if (by_parts) by_part = geometry::surface_by_part(*result.faces);
+    const auto& found = by_parts ? by_part : result.boundary.value();
+    const auto& surface = surface_for(path, result, found, clean, threads, cleaned);
+    remarks = io::write_surface(path, surface, parts_of(result), clean ? nullptr : &found);
   }
   if (!remarks.warning.empty()) result.report.warnings.push_back(remarks.warning);
   auto& notes = result.report.notes;

@@ -139,6 +139,103 @@ TEST(Cleaning, TakesAwayWhatIsShorterOrThinner) {
   }
 }
 
+/// Cubes in a row, each a part that has its side of what is between two.
+TriangleSurface row_of_parts(int parts, int cells) {
+  TriangleSurface row;
+  row.closes_parts = true;
+  std::map<Point3, std::uint32_t> numbers;
+  const TriangleSurface cube = cube_of_squares(cells);
+  for (int part = 0; part < parts; ++part)
+    for (const Triangle& t : cube.triangles) {
+      Triangle& added = row.triangles.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        Point3 p = cube.points[t[k]];
+        p[0] += part;
+        const auto [at, is_new] = numbers.try_emplace(p, static_cast<std::uint32_t>(row.points.size()));
+        if (is_new) row.points.push_back(p);
+        added[k] = at->second;
+      }
+      row.owner.push_back(part);
+    }
+  return row;
+}
+
+TriangleSurface only(const TriangleSurface& surface, std::int32_t part) {
+  TriangleSurface result;
+  result.points = surface.points;
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i)
+    if (surface.owner[i] == part) {
+      result.triangles.push_back(surface.triangles[i]);
+      result.owner.push_back(part);
+    }
+  return result;
+}
+
+/// Without those that two parts have, one a side.
+TriangleSurface outside_of(const TriangleSurface& surface) {
+  std::map<std::array<std::uint32_t, 3>, std::vector<std::size_t>> by_corners;
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    Triangle corners = surface.triangles[i];
+    std::ranges::sort(corners);
+    by_corners[corners].push_back(i);
+  }
+  TriangleSurface result;
+  result.points = surface.points;
+  for (const auto& [corners, all] : by_corners) {
+    EXPECT_LE(all.size(), 2U);
+    if (all.size() != 1) {
+      EXPECT_NE(surface.owner[all[0]], surface.owner[all[1]]);
+      continue;
+    }
+    result.triangles.push_back(surface.triangles[all[0]]);
+    result.owner.push_back(surface.owner[all[0]]);
+  }
+  return result;
+}
+
+TEST(Cleaning, MovesWhatIsBetweenPartsForBoth) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  int changed = 0;
+  for (int round = 0; round < samples::rounds(60); ++round) {
+    constexpr double length = 1e-3;
+    const int parts = 2 + round % 2, cells = 1 + round % 3, added = 1 + round % 40;
+    TriangleSurface surface = row_of_parts(parts, cells);
+    const TriangleSurface plain = surface;
+    for (int i = 0; i < added; ++i) add_point(surface, random, length / 8, round % 4 < 2);
+    if (crosses_itself(surface)) continue;
+    const CleanSurface clean = cleaned(surface, {length});
+    if (clean.cleaning.has_given_up) continue;
+    changed += clean.cleaning.is_changed() ? 1 : 0;
+    ASSERT_TRUE(clean.surface.closes_parts);
+    EXPECT_LE(clean.cleaning.moved, length);
+    EXPECT_FALSE(crosses_itself(clean.surface));
+    double sum = 0;
+    for (int part = 0; part < parts; ++part) {
+      const TriangleSurface before = only(surface, part), now = only(clean.surface, part);
+      EXPECT_TRUE(now.is_closed()) << "part " << part;
+      EXPECT_FALSE(crosses_itself(now)) << "part " << part;
+      EXPECT_LT(std::fabs(now.volume() - before.volume()), length * before.area());
+      sum += now.volume();
+    }
+    // What is left is the outside alone: the two sides of what is between parts have the same triangles.
+    const TriangleSurface outside = outside_of(clean.surface);
+    EXPECT_TRUE(outside.is_closed());
+    EXPECT_NEAR(outside.volume(), sum, 1e-12);
+    EXPECT_NEAR(outside.area(), 2 + 4 * parts, 0.1);
+    std::size_t thin = 0;
+    for (const Triangle& t : clean.surface.triangles) thin += thickness(clean.surface, t) < length ? 1 : 0;
+    EXPECT_GE(2 * clean.cleaning.left, thin);
+    EXPECT_EQ(thin, 0U);
+    // Of corners beside others nothing is left.
+    if (round % 4 >= 2) {
+      EXPECT_LE(clean.surface.triangles.size(), plain.triangles.size()) << "round " << round;
+    }
+  }
+  EXPECT_GT(changed, 0);
+}
+
 /// Corners that are left out one after the other do not add up: a fine cylinder with one sliver stays round.
 TEST(Cleaning, DoesNotFlattenWhatIsRound) {
   constexpr std::uint32_t sides = 600;

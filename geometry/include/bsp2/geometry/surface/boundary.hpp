@@ -16,6 +16,9 @@ struct TriangleSurface {
   std::vector<std::array<double, 3>> points;            ///< rounded; model units
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of points
   std::vector<std::int32_t> owner;                      ///< one a triangle: the part of the solid behind it
+  /// Where parts touch, each has triangles of its own there, opposite to those of the other: so each is
+  /// closed by itself. Else there is nothing between parts.
+  bool closes_parts = false;
 
   [[nodiscard]] double area() const;
   /// Volume inside, by the divergence theorem.

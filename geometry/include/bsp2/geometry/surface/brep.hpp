@@ -100,4 +100,10 @@ struct Brep {
 [[nodiscard]] Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surface = nullptr,
                            const ToldShare& told = {}, unsigned threads = 1);
 
+/// Whether parts touch each other in faces of the complex.
+[[nodiscard]] bool has_interfaces(const Brep& brep);
+
+/// The triangles of all parts, each closed by itself: those of an interface are there twice, once a side.
+[[nodiscard]] TriangleSurface surface_by_part(const Brep& brep);
+
 }  // namespace bsp2::geometry

@@ -22,6 +22,7 @@ struct SurfaceFormat {
   bool holds_parts, holds_colours;
   bool has_faces = false;
   bool is_plane = false;
+  bool closes_parts = false;  ///< each part is an object, closed by itself
 };
 
 /// All formats, by ending: the one place that knows them.
@@ -65,6 +66,7 @@ struct SurfaceRemarks {
 /// a second file, of the ending `.mtl`, which is there before it.
 /// Of a format in single precision the corners are rounded first; then no triangle is without area, and the
 /// surface is as closed as it was, told by the coordinates in the file alone.
+/// @param surface closes parts that touch if the format does (geometry::TriangleSurface::closes_parts).
 /// @param found what the surface was made of, if it is not the one that was found: what is lost is lost of
 /// that.
 /// @return a warning where single precision changes the volume or the size of a connected part of the surface

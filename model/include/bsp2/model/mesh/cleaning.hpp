@@ -40,8 +40,9 @@ struct CleanSurface {
 /// Corners that are nearer become one of them, the one that leaves the faces around where they are. A
 /// triangle thinner than the length goes into its neighbours at its longest side. Then corners that lie in a
 /// face, or in the middle of an edge, are left out around what has changed. No corner moves farther than the
-/// length, nor does a face at such a triangle. The result is as closed as the surface was. Where
-/// it would cross itself by what has changed, which is looked for exactly, everything stays as it was.
+/// length, nor does a face at such a triangle. The result is as closed as the surface was; where it closes
+/// parts, what is between two of them moves for both. Where it would cross itself by what has changed, which
+/// is looked for exactly, everything stays as it was.
 /// @param threads that look for crossings; the result is the same for any number.
 /// @return nothing changed: the surface itself.
 [[nodiscard]] CleanSurface cleaned(geometry::TriangleSurface surface, const CleanLength& length,

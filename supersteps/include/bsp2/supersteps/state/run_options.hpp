@@ -92,11 +92,12 @@ struct RunOptions {
   std::vector<std::int32_t>
       first_rank_of_region;  ///< on the master: who begins with each region; empty: by estimated work
   Collect collect = Collect::automatic;
-  bool boundary = false;     ///< resolution computes the surface of the IN cells (D = 3)
-  bool faces = false;        ///< with `boundary`: its faces, and the interfaces between parts, too
-  bool outlines = false;     ///< with `boundary`: those of the IN cells' parts (D = 2)
-  bool contacts = false;     ///< and which of them touch, and where (likewise)
-  bool finds_rounds = true;  ///< the result tells pictures and CAD files what is round
+  bool boundary = false;      ///< resolution computes the surface of the IN cells (D = 3)
+  bool faces = false;         ///< with `boundary`: its faces, and the interfaces between parts, too
+  bool closes_parts = false;  ///< likewise where the model is divided into parts: what touches is told apart
+  bool outlines = false;      ///< with `boundary`: those of the IN cells' parts (D = 2)
+  bool contacts = false;      ///< and which of them touch, and where (likewise)
+  bool finds_rounds = true;   ///< the result tells pictures and CAD files what is round
   /// Told the share of the superstep at hand that is done, in [0, 1], and the cells of all ranks so far, 0
   /// where none are made; called on the master, from its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
