@@ -14,7 +14,7 @@ set(io files inputs outputs meshes surfaces sheets vtk hdf5 occt pdf)
 set(supersteps ranks state regions stages pixels render paint loop)
 set(drawing views lines sheets)
 set(api expression report products outputs evaluation queue serving viewer)
-set(jobs tables options answers program)
+set(jobs tables help options answers program)
 set(most_files 24)  # in a folder
 
 # The command line uses the public interface like anyone else, and small helpers for texts.

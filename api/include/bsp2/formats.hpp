@@ -27,7 +27,7 @@ struct FileFormat {
 };
 BSP2_API FileFormat file_format(const std::filesystem::path& path);
 
-/// By its first bytes.
+/// Whether it is taken for a snapshot, not for a model: by its first bytes, or because it is called .h5.
 BSP2_API bool is_snapshot(const std::filesystem::path& file);
 
 /// Lists for messages: ".3mf, .amf, ... or .x3d".

@@ -38,7 +38,7 @@ FileFormat file_format(const std::filesystem::path& path) {
 bool is_snapshot(const std::filesystem::path& file) {
   char bytes[4] = {};  // of HDF5
   std::ifstream(file, std::ios::binary).read(bytes, sizeof bytes);
-  return std::string_view(bytes, sizeof bytes) == "\x89HDF";
+  return std::string_view(bytes, sizeof bytes) == "\x89HDF" || file.extension() == ".h5";
 }
 
 Endings endings() {

@@ -53,11 +53,4 @@ struct RunCommand {
 /// @throws bsp2::Error for arguments that make no sense, with a hint where help is.
 std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arguments, std::ostream& out);
 
-/// A snapshot that is only shown has from its run what a model is taken for. @throws bsp2::Error if an option
-/// says it.
-void refuse_solid_options(const Options& options);
-
-/// "2s", "500ms", "1.5min", "1h" or a plain number of seconds. @throws bsp2::Error for anything else.
-double parse_seconds(const std::string& text);
-
 }  // namespace bsp2::jobs

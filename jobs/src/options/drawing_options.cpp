@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "options/checks.hpp"
+#include "options/paths.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -83,10 +83,7 @@ CLI::App* add_draw_command(CLI::App& app, RunCommand& command, DrawingText& text
   command.options.outputs.drawing.emplace();
   text.title.clear();
   CLI::App* draw = app.add_subcommand("draw", "Make an engineering drawing");
-  draw->add_option("MODEL", command.model, "the model: a .csg or .scad file, or a snapshot (.h5)")
-      ->required()
-      ->check(is_named())
-      ->type_name("");
+  add_input(*draw, "MODEL|SNAPSHOT", text.input, model_or_snapshot_words);
   draw->add_option("-o,--output", text.files, "the drawing: .svg, .pdf or .dxf; repeat for several")
       ->required()
       ->check(is_named())
@@ -109,16 +106,11 @@ void choose_drawing(const DrawingText& text, RunCommand& command) {
   if (!text.views_in_one.empty()) words.views = CLI::detail::split(text.views_in_one, ',');
   words.centre_lines = !text.no_centre_lines;
   words.overall = !text.plain;
-  if (words.title.empty()) words.title = command.model.stem().string();
+  if (words.title.empty()) words.title = std::filesystem::path(text.input).stem().string();
   check(words, "--");
   draw.drawing = words;
-  if (command.model.extension() == ".h5") {
-    refuse_solid_options(command.options);
-    command.resume = command.model;
-    command.options.steps = 0;  // nothing is computed, only drawn as it is
-  } else {
-    command.options.surface_only = true;
-  }
+  choose_input(command, text.input);
+  command.options.surface_only = !command.resume;
 }
 
 }  // namespace bsp2::jobs

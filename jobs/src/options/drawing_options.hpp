@@ -14,7 +14,7 @@ namespace bsp2::jobs {
 
 /// Options of a drawing as they are typed, before they mean something.
 struct DrawingText : bsp2::DrawingOptions {
-  std::string views_in_one;
+  std::string input, views_in_one;
   std::vector<std::string> files;
   bool plain = false, no_centre_lines = false;
 };

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 
-#include "options/checks.hpp"
+#include "options/paths.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -19,9 +19,15 @@ std::pair<std::string, double> part_size(const std::string& text) {
   return {text.substr(0, equal), size};
 }
 
-}  // namespace
+constexpr auto mesh_footer =
+    "Examples:\n"
+    "  bsp2 mesh model.csg -o model.msh --size 2\n"
+    "  bsp2 mesh model.csg -o model.inp --element-order 2 --group fixed=x==min\n"
+    "  bsp2 mesh model.csg -o case              an OpenFOAM case\n"
+    "  bsp2 mesh --check model.msh              what a mesh is like; is it valid?\n"
+    "On several ranks the cells are computed by all and meshed by the first one.";
 
-void add_mesh_options(CLI::App& app, MeshText& text) {
+void add_own_options(CLI::App& app, MeshText& text) {
   const auto group = "What the mesh is like";
   app.add_option("-o,--output", text.output,
                  "the mesh, as the ending says: .msh, .inp, .xdmf, .vtu;\na folder: an OpenFOAM case")
@@ -82,6 +88,8 @@ void add_mesh_options(CLI::App& app, MeshText& text) {
       ->group(group);
 }
 
+/// `--check`, which leaves no room for what says how a mesh is made. After all options but --report, --stats
+/// and --quiet.
 void add_check_option(CLI::App& app, MeshText& text) {
   CLI::Option* output = app.get_option("--output");
   const auto ask = [&text, output](std::int64_t) {
@@ -97,6 +105,7 @@ void add_check_option(CLI::App& app, MeshText& text) {
   for (CLI::Option* option : of_making) check->excludes(option);
 }
 
+/// What they mean. @throws bsp2::Error if they make no sense.
 SolverMeshOutput mesh_output_of(const MeshText& text) {
   SolverMeshOutput output;
   output.file = text.output;
@@ -125,6 +134,40 @@ SolverMeshOutput mesh_output_of(const MeshText& text) {
       (options.size.value_or(0) > 0 || !options.part_sizes.empty() || !options.size_field.empty()))
     throw Error("--size: polyhedra are the cells as they are; --type tetrahedra and dual have a size");
   return output;
+}
+
+}  // namespace
+
+CLI::App* add_mesh_command(CLI::App& app, RunCommand& command, MeshText& text, WorkText& work) {
+  CLI::App* mesh = app.add_subcommand("mesh", "Make a conforming mesh for solvers, with named parts");
+  add_input(*mesh, "MODEL|SNAPSHOT", text.input,
+            std::string(model_or_snapshot_words) + ";\nwith --check a mesh (.msh)");
+  add_own_options(*mesh, text);
+  add_solid_options(*mesh, command, work);
+  add_tolerance_option(*mesh, command);
+  add_level_option(*mesh, command, "is left out");
+  add_threads_option(*mesh, command);
+  add_check_option(*mesh, text);
+  add_path(*mesh, "--report", text.report, "write the report", "FILE.json");
+  mesh->add_flag("--stats", command.stats, "print how many dihedral angles are how large");
+  mesh->add_flag("--quiet", command.quiet, "print no summary and no progress");
+  mesh->footer(mesh_footer);
+  return mesh;
+}
+
+void choose_mesh(const MeshText& text, RunCommand& command) {
+  Options& options = command.options;
+  if (!text.report.empty()) options.outputs.report = text.report;
+  if (text.check) {
+    command.checked_mesh = text.input;
+    return;
+  }
+  options.outputs.solver_mesh = mesh_output_of(text);
+  choose_input(command, text.input);
+  if (command.resume) return;
+  const SolverMeshOptions& mesh = options.outputs.solver_mesh->mesh;
+  options.size_field = mesh.size_field;
+  if (mesh.size.value_or(0) > 0) options.size = mesh.size;
 }
 
 }  // namespace bsp2::jobs

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "bsp2/bsp2.hpp"
+#include "options/command_line.hpp"
+#include "options/work_options.hpp"
 
 namespace CLI {
 class App;
@@ -12,9 +14,9 @@ class App;
 
 namespace bsp2::jobs {
 
-/// Options of the command as they are typed.
+/// Options of `bsp2 mesh` as they are typed.
 struct MeshText {
-  std::string input, output, type, size_field, version = "4.1";
+  std::string input, output, report, type, size_field, version = "4.1";
   std::vector<std::string> part_sizes, groups;
   std::optional<double> clean, size;
   double growth = SolverMeshOptions{}.growth;
@@ -22,14 +24,10 @@ struct MeshText {
   bool check = false;
 };
 
-/// Adds the options that only this command has.
-void add_mesh_options(CLI::App& app, MeshText& text);
+/// Adds `bsp2 mesh`: a mesh of a model or of a snapshot, or the check of one.
+CLI::App* add_mesh_command(CLI::App& app, RunCommand& command, MeshText& text, WorkText& work);
 
-/// `--check`, which leaves no room for what says how a mesh is made. After all options but --report, --stats
-/// and --quiet.
-void add_check_option(CLI::App& app, MeshText& text);
-
-/// What they mean. @throws bsp2::Error if they make no sense.
-SolverMeshOutput mesh_output_of(const MeshText& text);
+/// After parsing: what it is made of, and how. @throws bsp2::Error for what makes no sense.
+void choose_mesh(const MeshText& text, RunCommand& command);
 
 }  // namespace bsp2::jobs

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
-#include "options/checks.hpp"
+#include "options/paths.hpp"
 #include "options/picture_options.hpp"
 
 namespace bsp2::jobs {
@@ -23,10 +23,7 @@ constexpr auto view_footer =
 CLI::App* add_view_command(CLI::App& app, RunCommand& command, std::string& input, std::string& eye) {
   ViewCommand& viewer = command.viewer.emplace();
   CLI::App* view = app.add_subcommand("view", "Show a model in the browser while it is evaluated");
-  view->add_option("MODEL", input, "the model, a .csg or .scad file, or a snapshot")
-      ->required()
-      ->check(is_named())
-      ->type_name("");
+  add_input(*view, "MODEL|SNAPSHOT", input, model_or_snapshot_words);
   const auto group = "How it is shown";
   view->add_flag("--open", viewer.open, "open the page in the browser")->group(group);
   view->add_flag("--stay", viewer.stay, "go on serving when the last page is closed")->group(group);
@@ -65,20 +62,11 @@ void describe_for_view(CLI::App& view) {
       "default: so at first, then depth)");
 }
 
-void choose_view_command(const CLI::App& view, RunCommand& command, const std::string& input) {
-  if (!view.parsed()) {
-    command.viewer.reset();
-    return;
-  }
+void choose_view_command(RunCommand& command, const std::string& input, const std::string& order,
+                         const std::string& eye) {
   if (std::error_code none; !std::filesystem::exists(input, none))
     throw Error("cannot read '" + input + "': " + std::generic_category().message(ENOENT));
-  if (is_snapshot(input))
-    command.resume = input;
-  else
-    command.model = input;
-}
-
-void finish_view_command(RunCommand& command, const std::string& order, const std::string& eye) {
+  choose_input(command, input);
   ViewCommand& viewer = *command.viewer;
   Options& options = command.options;
   if (!eye.empty()) viewer.eye = eye_of(eye);

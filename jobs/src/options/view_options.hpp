@@ -18,10 +18,8 @@ CLI::App* add_view_command(CLI::App& app, RunCommand& command, std::string& inpu
 /// Once it has the options of `run`, too: tells what some of them do here.
 void describe_for_view(CLI::App& view);
 
-/// After parsing: leaves `command.viewer` empty if it was not asked for, and makes options of what was.
-void choose_view_command(const CLI::App& view, RunCommand& command, const std::string& input);
-
-/// Likewise: what is computed for it. @param order as it is typed; empty: none.
-void finish_view_command(RunCommand& command, const std::string& order, const std::string& eye);
+/// After parsing: what is shown, and what is computed for it. @param order as it is typed; empty: none.
+void choose_view_command(RunCommand& command, const std::string& input, const std::string& order,
+                         const std::string& eye);
 
 }  // namespace bsp2::jobs

@@ -10,6 +10,7 @@
 #include "bsp2/api/evaluation/run_options.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/model/expression/csg.hpp"
+#include "options/work_options.hpp"
 #include "outputs/film.hpp"
 #include "outputs/outputs.hpp"
 #include "outputs/pictures.hpp"
@@ -207,12 +208,6 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
   EXPECT_FALSE(of_model.resume || of_model.options.steps || of_model.options.snapshot);
   EXPECT_TRUE(of_model.options.curved);
   EXPECT_EQ(of_model.options.tolerance, 0.5);
-  for (const std::vector<std::string>& more :
-       std::vector<std::vector<std::string>>{{"--curved"}, {"--tolerance", "1"}, {"--parts", "colour"}}) {
-    std::vector<std::string> arguments{"render", "a.h5", "-o", "p.png"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    EXPECT_NE(message_for(arguments).find("are those of the snapshot: leave them out"), std::string::npos);
-  }
   EXPECT_NE(message_for({"run", "a", "--edges"}).find("--picture"), std::string::npos);
   EXPECT_EQ(parsed({"run", "--edges", "a.csg", "--picture", "a.png"}).options.outputs.view.edges, "cells");
   EXPECT_EQ(parsed({"run", "a.csg", "--edges", "feature", "--picture", "a.png"}).options.outputs.view.edges,
@@ -224,6 +219,41 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
                           "--size=9999x9999", "--size=1.5x2", "--explode=-1", "--shade=pink"})
     EXPECT_NE(message_for({"run", "a", "--picture", "p.png", bad}), "") << bad;
   EXPECT_NE(message_for({"run", "a", "--picture", "p.png", "--eye", "1,2,3", "--look", "1,2,3"}), "");
+}
+
+/// By what it holds or by what it is called, in all commands that take models, too.
+TEST(CommandLine, SnapshotsAreToldFromModelsInOneWay) {
+  samples::TemporaryFolder folder;
+  const auto file = [&](const char* name, const char* bytes) {
+    std::ofstream(folder.path() / name) << bytes;
+    return (folder.path() / name).string();
+  };
+  const std::string called = file("called.h5", "no HDF5"), holds = file("holds.csg", "\x89HDF"),
+                    model = file("model.csg", "cube();");
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+           {"render", "-o", "a.png"}, {"draw", "-o", "a.svg"}, {"mesh", "-o", "a.msh"}, {"view"}}) {
+    SCOPED_TRACE(command[0]);
+    const auto of = [&](const std::string& input, std::vector<std::string> more = {}) {
+      std::vector<std::string> arguments = command;
+      arguments.insert(arguments.begin() + 1, input);
+      arguments.insert(arguments.end(), more.begin(), more.end());
+      return arguments;
+    };
+    for (const std::string& snapshot : {called, holds}) {
+      const RunCommand shown = parsed(of(snapshot));
+      EXPECT_EQ(shown.resume, snapshot);
+      EXPECT_EQ(shown.options.steps, 0U);
+      EXPECT_FALSE(shown.options.snapshot || shown.options.surface_only);
+      for (const std::vector<std::string>& more :
+           std::vector<std::vector<std::string>>{{"--curved"}, {"--tolerance", "1"}, {"--parts", "colour"}})
+        EXPECT_NE(message_for(of(snapshot, more)).find("are those of the snapshot: leave them out"),
+                  std::string::npos);
+    }
+    const RunCommand computed = parsed(of(model, {"--curved"}));
+    EXPECT_EQ(computed.model, model);
+    EXPECT_FALSE(computed.resume || computed.options.steps);
+    EXPECT_TRUE(computed.options.curved);
+  }
 }
 
 TEST(CommandLine, AnimationsMoveFromTheFirstPictureToTheLast) {

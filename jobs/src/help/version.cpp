@@ -1,4 +1,4 @@
-#include "options/version.hpp"
+#include "help/version.hpp"
 
 #include "bsp2/bsp2.hpp"
 #include "libraries.hpp"

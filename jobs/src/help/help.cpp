@@ -1,4 +1,4 @@
-#include "options/help.hpp"
+#include "help/help.hpp"
 
 #include <algorithm>
 #include <array>
