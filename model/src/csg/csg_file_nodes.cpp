@@ -94,8 +94,7 @@ Expression make_import(const PrimitiveText& from) {
       shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
     return pool.boolean(Operation::unite, 2, shapes, true);
   }
-  if (!is_mesh_ending(kind))
-    throw Error("import: files named *" + kind + " are not read; " + mesh_endings() + " are, .dxf and .svg");
+  if (!is_mesh_ending(kind)) throw Error("import: " + why_not_read(kind));
   return pooled_solids(solids_of_file(path, read_fineness(arguments), {warn, note}), pool);
 }
 

@@ -63,6 +63,11 @@ std::string lower_ending(const std::filesystem::path& path);
 /// Whether import_parts reads files with this ending (with its dot, in small letters).
 bool is_mesh_ending(std::string_view ending);
 
+/// Whether files with this ending are written, and not read.
+bool is_written_alone(std::string_view ending);
+/// What is said of an ending that is not read.
+std::string why_not_read(std::string_view ending);
+
 /// The endings that import_parts reads, for messages: ".3mf, .amf, ... and .vtp".
 std::string mesh_endings();
 

@@ -76,6 +76,9 @@ constexpr ImportFormat formats[] = {
 constexpr ImportFormat drawings[] = {{".dxf", nullptr, no_parts, no_colours, "plane: closed outlines"},
                                      {".svg", nullptr, no_parts, no_colours, "plane: areas of a drawing"}};
 
+/// What is written for pages and other programs, and is not read.
+constexpr std::string_view written_alone[] = {".inp", ".pdf", ".pvtu", ".vtu", ".wrl", ".x3d", ".xdmf"};
+
 Importer importer_of(std::string_view ending) {
   for (const ImportFormat& format : formats)
     if (format.ending == ending) return format.import;
@@ -156,6 +159,16 @@ ImportedMesh joined(const std::vector<ImportedPart>& parts) {
 }
 
 bool is_mesh_ending(std::string_view ending) { return importer_of(ending) != nullptr; }
+
+bool is_written_alone(std::string_view ending) {
+  return std::find(std::begin(written_alone), std::end(written_alone), ending) != std::end(written_alone);
+}
+
+std::string why_not_read(std::string_view ending) {
+  return "files named *" + std::string(ending) +
+         (is_written_alone(ending) ? " are written, but not read; " : " are not read; ") + mesh_endings() +
+         " are, .dxf and .svg";
+}
 
 std::string mesh_endings() {
   std::string text;

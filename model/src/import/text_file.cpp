@@ -87,8 +87,10 @@ bool is_imported(const std::filesystem::path& path) {
 
 std::string read_model_text(const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error) || !is_imported(path))
-    return read_file(path, check_beginning_of_model);
+  const bool is_file = std::filesystem::is_regular_file(path, error);
+  if (const std::string ending = lower_ending(path); is_file && is_written_alone(ending))
+    throw Error(path.string() + ": " + why_not_read(ending));
+  if (!is_file || !is_imported(path)) return read_file(path, check_beginning_of_model);
   std::string text = "import(file = \"";
   for (const char c : path.filename().string()) {
     if (c == '"' || c == '\\') text += '\\';

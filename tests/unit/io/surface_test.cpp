@@ -22,6 +22,8 @@
 #include <random>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/io/outputs/solver_mesh.hpp"
+#include "bsp2/model/expression/csg.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::io {
@@ -271,6 +273,36 @@ TEST_F(Surface, AnEmptyOneCanBeWritten) {
     EXPECT_TRUE(remarks.warning.empty() && remarks.notes.empty()) << name;
     EXPECT_FALSE(text(name.c_str()).empty()) << name;
   }
+}
+
+/// Of all that is written it is read, or known that it is not.
+TEST_F(Surface, WhatIsWrittenIsReadAsAModelOrRefusedByItsName) {
+  std::istringstream words(surface_endings() + " " + solver_endings() + " .pvtu");
+  std::string word;
+  unsigned read = 0, refused = 0;
+  while (words >> word) {
+    if (word.front() != '.') continue;
+    const std::string ending = word.substr(0, word.find(','));
+    if (ending == ".foam") continue;  // the mark of a folder
+    const auto path = folder.path() / ("solid" + ending);
+    std::ofstream(path) << "what another program reads";
+    if (model::is_imported(path)) {
+      ++read;
+      continue;
+    }
+    try {
+      model::read_model_text(path);
+      FAIL() << path << " is taken for the text of a model";
+    } catch (const Error& error) {
+      ++refused;
+      EXPECT_TRUE(std::string(error.what())
+                      .starts_with(path.string() + ": files named *" + ending +
+                                   " are written, but not read; .3mf, .amf, "))
+          << error.what();
+    }
+  }
+  EXPECT_GE(read, 14U);
+  EXPECT_EQ(refused, 7U);
 }
 
 TEST_F(Surface, OtherEndingsAndMissingFoldersAreErrors) {

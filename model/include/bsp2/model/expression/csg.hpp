@@ -113,7 +113,8 @@ bool is_imported(const std::filesystem::path& path);
 std::string read_text(const std::filesystem::path& path);
 /// The text of a model file. Of what a model imports (is_imported) it is a model that does so, and reads from
 /// the same folder.
-/// @throws bsp2::Error also if it is a snapshot, or no text at all, by its first bytes.
+/// @throws bsp2::Error also if it is a snapshot, or no text at all, by its first bytes, or, by its ending, of
+/// a format that is only written.
 std::string read_model_text(const std::filesystem::path& path);
 
 }  // namespace bsp2::model
