@@ -1,6 +1,5 @@
 // Outlines of plane models and drawings of solids, read back by the program itself and by others.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <array>
 #include <cmath>
@@ -18,6 +17,7 @@
 #include "bsp2/error.hpp"
 #include "bsp2/io/outputs/outline.hpp"
 #include "models.hpp"
+#include "support/command.hpp"
 #include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -27,21 +27,9 @@ namespace {
 namespace fs = std::filesystem;
 using Outlines = std::vector<geometry::PartOutline>;
 
-struct Ended {
-  int code;
-  std::string text;  // standard output and standard error
-};
+using samples::Ended;
 
-Ended start(const std::string& command) {
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  std::string text;
-  std::array<char, 4096> buffer;
-  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
-    text.append(buffer.data(), count);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text};
-}
-Ended bsp2(const std::string& arguments) { return start(BSP2_PROGRAM " " + arguments); }
+Ended bsp2(const std::string& arguments) { return samples::run_command(BSP2_PROGRAM " " + arguments); }
 
 std::string bytes_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -181,9 +169,9 @@ TEST_F(Drawings, OfCirclesAreTheSameOnAnyNumberOfRanks) {
            "part(\"oval\") multmatrix([[1,0,0,40],[0,2,0,0],[0,0,1,0],[0,0,0,1]]) circle(r=4);");
   std::string one;
   for (int ranks = 1; ranks <= 4; ++ranks) {
-    const Ended ended =
-        start(BSP2_MPIEXEC " --oversubscribe -n " + std::to_string(ranks) + " " BSP2_PROGRAM " run " + model +
-              " --curved --regions 8 --threads 1 --quiet --boundary " + at("o.svg"));
+    const Ended ended = samples::run_command(
+        BSP2_MPIEXEC " --oversubscribe -n " + std::to_string(ranks) + " " BSP2_PROGRAM " run " + model +
+        " --curved --regions 8 --threads 1 --quiet --boundary " + at("o.svg"));
     ASSERT_EQ(ended.code, 0) << ended.text;
     if (ranks == 1) one = bytes_of(at("o.svg"));
     EXPECT_EQ(bytes_of(at("o.svg")), one) << ranks;
@@ -308,8 +296,8 @@ TEST_F(Drawings, OfASnapshotAreThoseOfItsModel) {
 }
 
 TEST_F(Drawings, AreReadByOthers) {
-  const bool has_ezdxf = start("/usr/bin/python3 -c 'import ezdxf'").code == 0,
-             has_pdftotext = start("command -v pdftotext").code == 0;
+  const bool has_ezdxf = samples::run_command("/usr/bin/python3 -c 'import ezdxf'").code == 0,
+             has_pdftotext = samples::run_command("command -v pdftotext").code == 0;
   if (!has_ezdxf && !has_pdftotext) GTEST_SKIP() << "neither ezdxf nor pdftotext is installed";
   const std::string solid =
       file("solid.csg",
@@ -319,16 +307,16 @@ TEST_F(Drawings, AreReadByOthers) {
                            " --section A=y:10 --title Lager --author \"Zoë Ångström\"");
   ASSERT_EQ(ended.code, 0) << ended.text;
   if (has_ezdxf) {
-    const Ended read =
-        start("/usr/bin/python3 -c \"import ezdxf; d = ezdxf.readfile('" + at("x.dxf") +
-              "'); a = d.audit(); print(len(a.errors), len(a.fixes), sorted(set(e.dxf.layer for e in "
-              "d.modelspace())), [t.plain_text() for t in d.modelspace().query('TEXT') if 'Z' in "
-              "t.plain_text()])\"");
+    const Ended read = samples::run_command(
+        "/usr/bin/python3 -c \"import ezdxf; d = ezdxf.readfile('" + at("x.dxf") +
+        "'); a = d.audit(); print(len(a.errors), len(a.fixes), sorted(set(e.dxf.layer for e in "
+        "d.modelspace())), [t.plain_text() for t in d.modelspace().query('TEXT') if 'Z' in "
+        "t.plain_text()])\"");
     EXPECT_EQ(read.text,
               "0 0 ['CENTER', 'DIMENSION', 'FRAME', 'HIDDEN', 'SECTION', 'VISIBLE'] ['Zoë Ångström']\n");
   }
   if (has_pdftotext) {
-    const Ended read = start("pdftotext " + at("x.pdf") + " -");
+    const Ended read = samples::run_command("pdftotext " + at("x.pdf") + " -");
     for (const char* words : {"Lager", "Zoë Ångström", "A–A", "40", "First angle"})
       EXPECT_NE(read.text.find(words), std::string::npos) << words << " in " << read.text;
   }

@@ -1,10 +1,8 @@
 // What the program writes for other programs it reads again, as a model: the same solids, parts and colours.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +13,7 @@
 #include <sstream>
 #include <string>
 
+#include "support/command.hpp"
 #include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -23,20 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct RunEnded {
-  int code;
-  std::string text;  // standard output and standard error
-};
+using samples::Ended;
 
-RunEnded run(const std::string& arguments) {
-  FILE* pipe = popen((BSP2_PROGRAM " " + arguments + " 2>&1").c_str(), "r");
-  std::string text;
-  std::array<char, 4096> buffer;
-  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
-    text.append(buffer.data(), count);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text};
-}
+Ended run(const std::string& arguments) { return samples::run_command(BSP2_PROGRAM " " + arguments); }
 
 std::uint64_t next_seed() {
   static std::mt19937_64 seeds([] {
@@ -80,7 +68,7 @@ class ReadAgain : public testing::Test {
   nlohmann::json report_of(const std::string& model, const std::string& more = "") {
     const std::string report = path("report.json");
     fs::remove(report);
-    const RunEnded ended = run("run " + model + " --quiet --threads 1 --report " + report + " " + more);
+    const Ended ended = run("run " + model + " --quiet --threads 1 --report " + report + " " + more);
     EXPECT_EQ(ended.code, 0) << ended.text;
     std::ifstream file(report);
     return nlohmann::json::parse(file, nullptr, false);
@@ -205,7 +193,7 @@ TEST_F(ReadAgain, DamagedFilesAreOneMessage) {
     const auto size = fs::file_size(file);
     for (const std::uintmax_t part : {size / 2, size / 10, std::uintmax_t{1}}) {
       fs::resize_file(file, part);
-      const RunEnded ended = run("run " + file + " --quiet");
+      const Ended ended = run("run " + file + " --quiet");
       ASSERT_EQ(ended.code, 2) << ended.text;
       ASSERT_EQ(ended.text.find("bsp2: " + file), 0U) << ended.text;
       ASSERT_EQ(ended.text.find('\n'), ended.text.size() - 1) << ended.text;
@@ -218,7 +206,7 @@ TEST_F(ReadAgain, SurfacesOfVtkTellWhyTheyAreNotRead) {
   const std::string file = path("x.vtp");
   const auto said = [&](const std::string& bytes) {
     std::ofstream(file) << bytes;
-    const RunEnded ended = run("run " + file + " --quiet");
+    const Ended ended = run("run " + file + " --quiet");
     EXPECT_EQ(ended.code, 2) << ended.text;
     return ended.text;
   };

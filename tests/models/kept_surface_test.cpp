@@ -7,7 +7,7 @@
 
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "models.hpp"
-#include "support/printed.hpp"
+#include "support/command.hpp"
 #include "support/random_text.hpp"
 #include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"

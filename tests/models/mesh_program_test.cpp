@@ -9,7 +9,6 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +20,7 @@
 #include <thread>
 #include <vector>
 
+#include "support/command.hpp"
 #include "support/listening.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -29,20 +29,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct MeshEnded {
-  int code;
-  std::string text;  // standard output and standard error
-};
+using samples::Ended;
 
-MeshEnded mesh(const std::string& arguments) {
-  FILE* pipe = popen((BSP2_PROGRAM " mesh " + arguments + " 2>&1").c_str(), "r");
-  std::string text;
-  std::array<char, 4096> buffer;
-  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
-    text.append(buffer.data(), count);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text};
-}
+Ended mesh(const std::string& arguments) { return samples::run_command(BSP2_PROGRAM " mesh " + arguments); }
 
 std::string content_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -60,14 +49,14 @@ class MeshProgram : public testing::Test {
   fs::path model_ = folder_.path() / "model.csg", report_ = folder_.path() / "report.json";
 
   nlohmann::json report() { return nlohmann::json::parse(content_of(report_)).at("solver_mesh"); }
-  MeshEnded run(const std::string& file, const std::string& options = "") {
+  Ended run(const std::string& file, const std::string& options = "") {
     return mesh(model_.string() + " -o " + (folder_.path() / file).string() + " --report " +
                 report_.string() + " " + options);
   }
 };
 
 TEST_F(MeshProgram, FilesHoldVolumesAndGroups) {
-  const MeshEnded ended = run("a.msh", "--size 0.7 --group 'floor=z==min'");
+  const Ended ended = run("a.msh", "--size 0.7 --group 'floor=z==min'");
   ASSERT_EQ(ended.code, 0) << ended.text;
   EXPECT_NEAR(report().at("volume").get<double>(), 5, 1e-9);
   EXPECT_NEAR(report().at("volumes").at("a").get<double>(), 4, 1e-9);
@@ -99,7 +88,7 @@ class Meshing {
     _exit(127);
   }
   /// Sends a signal when it has been handled for so long. @return how it ended within a minute, else killed.
-  MeshEnded end(int signal, std::chrono::milliseconds after) {
+  Ended end(int signal, std::chrono::milliseconds after) {
     samples::wait_for_handler(child_, signal);
     std::this_thread::sleep_for(after);
     kill(child_, signal);
@@ -124,7 +113,7 @@ TEST_F(MeshProgram, ASignalEndsItAndNothingIsWritten) {
   int in_the_mesh = 0;
   for (const int signal : {SIGTERM, SIGINT, SIGUSR1, SIGTERM, SIGTERM, SIGTERM}) {
     Meshing meshing({model_, "-o", file, "--size", "0.01", "--report", report_}, folder_.path() / "text");
-    const MeshEnded ended = meshing.end(signal, delay);
+    const Ended ended = meshing.end(signal, delay);
     EXPECT_EQ(ended.code, 75) << ended.text;
     EXPECT_EQ(content_of(file), "earlier");
     EXPECT_FALSE(fs::exists(report_));
@@ -148,7 +137,7 @@ TEST_F(MeshProgram, GroupsAreHalfSpacesColoursAndSmoothPieces) {
       "--group 'corner=x+y<=2 & z==0' --group 'seam=colour==red & colour==blue' "
       "--group 'side=colour==blue & angle<=30' --group 'nowhere=colour==green'";
   for (const char* type : {"--size 0", "--type polyhedra"}) {
-    const MeshEnded ended = run("a.vtu", groups + " " + type);
+    const Ended ended = run("a.vtu", groups + " " + type);
     ASSERT_EQ(ended.code, 0) << ended.text;
     EXPECT_NE(ended.text.find("--group nowhere: no face is where it says"), std::string::npos) << ended.text;
     const auto found = report().at("groups");
@@ -160,7 +149,7 @@ TEST_F(MeshProgram, GroupsAreHalfSpacesColoursAndSmoothPieces) {
 }
 
 TEST_F(MeshProgram, OpenFoamCasesHavePatchesAndZones) {
-  const MeshEnded ended = run("case");
+  const Ended ended = run("case");
   ASSERT_EQ(ended.code, 0) << ended.text;
   const fs::path mesh = folder_.path() / "case" / "constant" / "polyMesh";
   for (const char* file : {"points", "faces", "owner", "neighbour"})
@@ -174,7 +163,7 @@ TEST_F(MeshProgram, OpenFoamCasesHavePatchesAndZones) {
 /// ParaView opens the empty file, which is in the case's folder whichever of the two is named.
 TEST_F(MeshProgram, OpenFoamCasesAreOpenedByOneFile) {
   for (const char* name : {"case", "case.foam", "case/case.foam"}) {
-    const MeshEnded ended = run(name, "--size 2");
+    const Ended ended = run(name, "--size 2");
     ASSERT_EQ(ended.code, 0) << ended.text;
     const fs::path marker = folder_.path() / "case" / "case.foam";
     EXPECT_TRUE(fs::is_regular_file(marker) && fs::is_empty(marker)) << name;
@@ -183,7 +172,7 @@ TEST_F(MeshProgram, OpenFoamCasesAreOpenedByOneFile) {
     fs::remove_all(folder_.path() / "case");
   }
   std::ofstream(folder_.path() / "case") << "a file";
-  const MeshEnded ended = run("case");
+  const Ended ended = run("case");
   EXPECT_EQ(ended.code, 2) << ended.text;
   EXPECT_NE(ended.text.find("is a file"), std::string::npos) << ended.text;
 }
@@ -191,11 +180,11 @@ TEST_F(MeshProgram, OpenFoamCasesAreOpenedByOneFile) {
 /// A model none of which is known to be solid is not called empty.
 TEST_F(MeshProgram, WhatIsAllFuzzyIsToldApartFromWhatIsEmpty) {
   std::ofstream(model_) << "sphere(r = 5, $fn = 0);\n";
-  const MeshEnded fuzzy = run("a.msh", "--curved --tolerance 100");
+  const Ended fuzzy = run("a.msh", "--curved --tolerance 100");
   EXPECT_EQ(fuzzy.code, 2) << fuzzy.text;
   EXPECT_NE(fuzzy.text.find("nothing to mesh: no cell is IN"), std::string::npos) << fuzzy.text;
   std::ofstream(model_) << "difference() { cube(1); cube(2); }\n";
-  const MeshEnded empty = run("a.msh");
+  const Ended empty = run("a.msh");
   EXPECT_EQ(empty.code, 2) << empty.text;
   EXPECT_NE(empty.text.find("nothing to mesh: the solid is empty"), std::string::npos) << empty.text;
 }
@@ -204,10 +193,10 @@ TEST_F(MeshProgram, WhatIsAllFuzzyIsToldApartFromWhatIsEmpty) {
 TEST_F(MeshProgram, PiecesThatAreFarApartAreKept) {
   std::ofstream(model_) << "cube([1, 1, 1]);\n"
                            "multmatrix([[1,0,0,5000000],[0,1,0,0],[0,0,1,300],[0,0,0,1]]) cube([1, 2, 1]);\n";
-  const MeshEnded kept = run("a.msh");
+  const Ended kept = run("a.msh");
   ASSERT_EQ(kept.code, 0) << kept.text;
   EXPECT_NEAR(report().at("volume").get<double>(), 3, 1e-9);
-  const MeshEnded gone = run("a.msh", "--clean 5");
+  const Ended gone = run("a.msh", "--clean 5");
   EXPECT_EQ(gone.code, 2) << gone.text;
   EXPECT_NE(gone.text.find("nothing is left to mesh"), std::string::npos) << gone.text;
 }
@@ -222,7 +211,7 @@ TEST_F(MeshProgram, SizesAreReadFromATable) {
   EXPECT_GT(report().at("points").get<int>(), points);
   for (const char* wrong : {"1 2 3 0\n", "0 0 0 1\n1 2 3\n", "0 0 0 1\n1 2 3 4 5\n", "x y z\n"}) {
     std::ofstream(table) << wrong;
-    const MeshEnded ended = run("a.msh", "--size-field " + table.string());
+    const Ended ended = run("a.msh", "--size-field " + table.string());
     EXPECT_EQ(ended.code, 2) << ended.text;
     EXPECT_NE(ended.text.find("sizes.csv:"), std::string::npos) << ended.text;
   }
@@ -237,7 +226,7 @@ TEST_F(MeshProgram, MistakesAreToldInOneMessage) {
        {"a.msh", "--group q", "NAME=PREDICATE"},
        {"a.msh", "--group q=colur==red", "did you mean 'colour'?"}}};
   for (const auto& [file, options, words] : wrong) {
-    const MeshEnded ended = run(file, options);
+    const Ended ended = run(file, options);
     EXPECT_EQ(ended.code, 2) << ended.text;
     EXPECT_NE(ended.text.find(words), std::string::npos) << ended.text;
   }
@@ -245,7 +234,7 @@ TEST_F(MeshProgram, MistakesAreToldInOneMessage) {
 
 TEST_F(MeshProgram, PlaneModelsAreRefused) {
   std::ofstream(model_) << "square([1, 1]);\n";
-  const MeshEnded ended = run("a.msh");
+  const Ended ended = run("a.msh");
   EXPECT_EQ(ended.code, 2) << ended.text;
   EXPECT_NE(ended.text.find("of dimension 3, not 2"), std::string::npos) << ended.text;
 }
@@ -255,7 +244,7 @@ class CheckedMesh : public MeshProgram {
  protected:
   fs::path file_ = folder_.path() / "a.msh";
 
-  MeshEnded check(const std::string& options = "") {
+  Ended check(const std::string& options = "") {
     return mesh("--check " + file_.string() + " --report " + report_.string() + " " + options);
   }
   std::vector<std::string> lines() {
@@ -264,7 +253,7 @@ class CheckedMesh : public MeshProgram {
     for (std::string line; std::getline(text, line);) lines.push_back(line);
     return lines;
   }
-  MeshEnded check_lines(const std::vector<std::string>& lines) {
+  Ended check_lines(const std::vector<std::string>& lines) {
     std::ofstream file(file_);
     for (const std::string& line : lines) file << line << '\n';
     file.close();
@@ -276,7 +265,7 @@ TEST_F(CheckedMesh, WhatIsWrittenIsValidAndHasTheSameFigures) {
   for (const char* options : {"", "--msh-version 2.2", "--element-order 2"}) {
     ASSERT_EQ(run("a.msh", std::string("--size 0.7 --group 'floor=z==min' ") + options).code, 0);
     const nlohmann::json made = report();
-    const MeshEnded ended = check("--stats");
+    const Ended ended = check("--stats");
     ASSERT_EQ(ended.code, 0) << ended.text;
     EXPECT_NE(ended.text.find("on the outside"), std::string::npos) << ended.text;
     const nlohmann::json read = report();
@@ -327,7 +316,7 @@ TEST_F(CheckedMesh, WhatIsWrongIsToldInOneSentence) {
       {with(5, "123456", 6, word[6]), "names node 123456, which has not been told of"},
       {{right.begin(), right.begin() + static_cast<std::ptrdiff_t>(chosen)}, "cut off"}};
   for (const auto& [lines, text] : wrong) {
-    const MeshEnded ended = check_lines(lines);
+    const Ended ended = check_lines(lines);
     EXPECT_EQ(ended.code, 2) << ended.text;
     EXPECT_NE(ended.text.find(text), std::string::npos) << ended.text;
   }
@@ -337,7 +326,7 @@ TEST_F(CheckedMesh, WhatIsWrongIsToldInOneSentence) {
 TEST_F(CheckedMesh, OptionsThatMakeAMeshAreRefused) {
   EXPECT_EQ(check("--size 3").code, 2);
   EXPECT_EQ(check("-o b.msh").code, 2);
-  const MeshEnded ended = mesh("--check " + model_.string());
+  const Ended ended = mesh("--check " + model_.string());
   EXPECT_EQ(ended.code, 2);
   EXPECT_NE(ended.text.find("end in .msh"), std::string::npos) << ended.text;
   EXPECT_NE(mesh(model_.string()).text.find("--output is required"), std::string::npos);

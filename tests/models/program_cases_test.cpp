@@ -1,10 +1,8 @@
 // Inputs of tests/cases whose right value is in what the program writes or says, each with that of cases.tsv.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -16,6 +14,7 @@
 #include <vector>
 
 #include "models.hpp"
+#include "support/command.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
@@ -23,19 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Ended {
-  int code;
-  std::string text;  // standard output and standard error
-};
-
-Ended start(const std::string& arguments) {
-  FILE* pipe = popen((BSP2_PROGRAM " " + arguments + " 2>&1").c_str(), "r");
-  std::string text;
-  std::array<char, 4096> buffer;
-  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
-    text.append(buffer.data(), count);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text};
+samples::Ended start(const std::string& arguments) {
+  return samples::run_command(BSP2_PROGRAM " " + arguments);
 }
 
 bool has_openscad() { return std::system("command -v openscad > /dev/null 2>&1") == 0; }
@@ -56,8 +44,9 @@ std::vector<std::array<Corner, 3>> triangles_of(const fs::path& path) {
 TEST(ProgramCases, RoofsHaveNoSliversInStl) {
   const samples::TemporaryFolder folder;
   const fs::path stl = folder.path() / "roof.stl", report = folder.path() / "report.json";
-  const Ended ended = start("run " + (cases() / "roof-slivers.csg").string() + " --threads 2 --boundary " +
-                            stl.string() + " --report " + report.string());
+  const samples::Ended ended =
+      start("run " + (cases() / "roof-slivers.csg").string() + " --threads 2 --boundary " + stl.string() +
+            " --report " + report.string());
   ASSERT_EQ(ended.code, 0) << ended.text;
   std::ifstream written(report);
   const double volume = nlohmann::json::parse(written).at("volume").at("in").get<double>();
@@ -87,7 +76,7 @@ TEST(ProgramCases, RoofsHaveNoSliversInStl) {
 
 TEST(ProgramCases, MissingLibrariesAreNamed) {
   if (!has_openscad()) GTEST_SKIP() << "openscad is not installed";
-  const Ended ended = start("run " + (cases() / "missing-library.scad").string());
+  const samples::Ended ended = start("run " + (cases() / "missing-library.scad").string());
   EXPECT_EQ(ended.code, 2) << ended.text;
   EXPECT_NE(ended.text.find("BOSL2/std.scad"), std::string::npos) << ended.text;
 }
@@ -95,8 +84,8 @@ TEST(ProgramCases, MissingLibrariesAreNamed) {
 TEST(ProgramCases, NoTetrahedronIsInverted) {
   if (!has_openscad()) GTEST_SKIP() << "openscad is not installed";
   const samples::TemporaryFolder folder;
-  const Ended ended = start("run " + (cases() / "inverted-tets.scad").string() + " --threads 2 --tets -o " +
-                            folder.path().string());
+  const samples::Ended ended = start("run " + (cases() / "inverted-tets.scad").string() +
+                                     " --threads 2 --tets -o " + folder.path().string());
   ASSERT_EQ(ended.code, 0) << ended.text;
   std::ifstream written(folder.path() / "report.json");
   const auto simplices = nlohmann::json::parse(written).at("simplices");

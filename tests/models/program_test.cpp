@@ -1,11 +1,8 @@
 // The program itself, as a person starts it: exit codes, messages, and what is left in the output folder.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,27 +10,18 @@
 #include <string>
 #include <utility>
 
+#include "support/command.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Ended {
-  int code;
-  std::string text;  // standard output and standard error
-};
+using bsp2::samples::Ended;
 
 /// @param program which is started; else the arguments are a command of their own.
 Ended start(const std::string& arguments, const std::string& program = BSP2_PROGRAM " ") {
-  const std::string command = program + arguments + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  std::string text;
-  std::array<char, 4096> buffer;
-  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
-    text.append(buffer.data(), count);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text};
+  return bsp2::samples::run_command(program + arguments);
 }
 
 class Program : public testing::Test {

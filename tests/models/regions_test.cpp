@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "models.hpp"
-#include "support/printed.hpp"
+#include "support/command.hpp"
 #include "support/random_text.hpp"
 #include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"

@@ -1,12 +1,9 @@
 // No file of any format, and nothing that is printed, has a zero with a sign: to readers it is a number of
 // its own.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -16,6 +13,7 @@
 #include <vector>
 
 #include "bsp2/io/outputs/surface.hpp"
+#include "support/command.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace {
@@ -33,14 +31,7 @@ class SignedZeros : public testing::Test {
   }
   /// @return what was printed.
   static std::string bsp2(const std::string& arguments) {
-    FILE* pipe = popen((BSP2_PROGRAM " " + arguments + " 2>&1").c_str(), "r");
-    std::string text;
-    std::array<char, 4096> buffer;
-    while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
-      text.append(buffer.data(), count);
-    const int status = pclose(pipe);
-    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << arguments << "\n" << text;
-    return text;
+    return bsp2::samples::printed(BSP2_PROGRAM " " + arguments);
   }
   static std::string bytes(const fs::path& path) {
     std::ifstream in(path, std::ios::binary);
