@@ -51,9 +51,17 @@ namespace label {
 inline constexpr std::uint8_t out = 0, in = 1, fuzzy = 2;
 }
 
+/// What a superstep is for.
+enum class Phase : std::uint8_t {
+  preparation,  ///< nothing is found yet: a model is read, or a snapshot
+  computation,  ///< cells are refined
+  completion    ///< what was found is brought together, saved, drawn or written
+};
+
 /// How far an evaluation is.
 struct Progress {
-  std::string superstep;    ///< "compilation", "computation", ..., or "writing FILE"
+  std::string superstep;  ///< "compilation", "computation", ..., or "writing FILE"
+  Phase phase = Phase::preparation;
   double done = 0;          ///< share of it, in [0, 1], where that is known
   std::uint64_t cells = 0;  ///< so far
   unsigned begun = 0;       ///< supersteps and files so far, this one counted

@@ -17,7 +17,7 @@ class Told {
       : ranks_(ranks), before_(ranks.on_superstep), tell_(ranks.is_master() ? tell : nullptr) {
     if (!tell_) return;
     ranks.on_superstep = [this](const std::string& name, unsigned step) {
-      begin(name);
+      begin(name, phase_of(ranks_.phase()));
       if (before_) before_(name, step);
     };
   }
@@ -26,9 +26,10 @@ class Told {
   Told& operator=(const Told&) = delete;
 
   /// A superstep, or a file that is written.
-  void begin(const std::string& what) {
+  void begin(const std::string& what, Phase phase = Phase::completion) {
     if (!tell_) return;
     now_.superstep = what;
+    now_.phase = phase;
     now_.done = 0;
     ++now_.begun;
     tell_(now_);
@@ -41,6 +42,18 @@ class Told {
   }
 
  private:
+  static Phase phase_of(supersteps::Phase phase) {
+    switch (phase) {
+      case supersteps::Phase::preparation:
+        return Phase::preparation;
+      case supersteps::Phase::computation:
+        return Phase::computation;
+      case supersteps::Phase::completion:
+        return Phase::completion;
+    }
+    return Phase::completion;
+  }
+
   supersteps::Ranks& ranks_;
   std::function<void(const std::string&, unsigned)> before_;
   std::function<void(const Progress&)> tell_;

@@ -206,15 +206,16 @@ void Viewer::tell(const char* state) {
   scene_.put("progress", message.bytes());
 }
 
-void Viewer::superstep(const std::string& name) {
+void Viewer::superstep(const std::string& name, Phase phase) {
   superstep_ = name;
+  phase_ = phase;
   tell("running");
 }
 
 void Viewer::progress(double done, std::uint64_t cells) {
   constexpr double between = 0.15;
   // A step begins with what it finds out anew, at less than the one before ended with.
-  if (superstep_ == "computation") done = computed_ = std::max(computed_, done);
+  if (phase_ == Phase::computation) done = computed_ = std::max(computed_, done);
   done_ = done;
   cells_ = std::max(cells_, cells);
   if (seconds_since(told_) > between) tell("running");

@@ -42,7 +42,7 @@ class Viewer {
   [[nodiscard]] const Server& server() const { return *server_; }  ///< on the master
   /// Another run begins; what there is to be seen stays until it has something. @param model its name.
   void begin(const std::string& model);
-  void superstep(const std::string& name);
+  void superstep(const std::string& name, Phase phase);
   void progress(double done, std::uint64_t cells);
   /// How the run shall go on: soon something to see of the whole, then ever longer steps.
   [[nodiscard]] supersteps::Steering steer();
@@ -86,6 +86,7 @@ class Viewer {
   int dimension_ = 3;
   double seconds_of_steps_ = 0;
   std::string superstep_;
+  Phase phase_ = Phase::preparation;
   double done_ = 0;      // of the superstep
   double computed_ = 0;  // of space, by all steps
   std::uint64_t cells_ = 0;

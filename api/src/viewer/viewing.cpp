@@ -84,7 +84,7 @@ void show_once(const Show& show, Viewer& viewer, FileWatch* watch) {
   supersteps::Ranks& ranks = show.ranks.ranks;
   Told told(ranks, [&, begun = 0U](const Progress& now) mutable {
     if (std::exchange(begun, now.begun) != now.begun)
-      viewer.superstep(now.superstep);
+      viewer.superstep(now.superstep, now.phase);
     else
       viewer.progress(now.done, now.cells);
     if (show.options.progress) show.options.progress(now);

@@ -10,7 +10,6 @@
 #include <functional>
 #include <limits>
 #include <sstream>
-#include <string_view>
 #include <utility>
 
 #include "answers/mesh_summary.hpp"
@@ -157,10 +156,6 @@ void answer(const RunCommand& command, const Result& result, const std::vector<d
   print_answers(out, points, result.locate(points), result.dimension(), command.json, names);
 }
 
-bool is_preparation(std::string_view superstep) {
-  return superstep == "compilation" || superstep == "broadcast" || superstep == "distribution";
-}
-
 /// Evaluates as the command says, under a bar. Collective.
 Result evaluated(const RunCommand& command, const Ranks& ranks, ProgressBar& bar) {
   Options options = command.options;
@@ -171,11 +166,11 @@ Result evaluated(const RunCommand& command, const Ranks& ranks, ProgressBar& bar
   bool has_read = options.stop_gently || ranks.count() > 1;
   options.stop = [&has_read] { return has_read && SignalWatch::interrupted(); };
   options.progress = [&bar, &has_read, begun = 0U](const Progress& now) mutable {
-    has_read = has_read || !is_preparation(now.superstep);
+    has_read = has_read || now.phase != Phase::preparation;
     if (std::exchange(begun, now.begun) != now.begun)
       bar.begin(now.superstep);
     else
-      bar.show(now.done, now.superstep == "computation" ? now.cells : 0);
+      bar.show(now.done, now.phase == Phase::computation ? now.cells : 0);
   };
   return command.resume ? resume(*command.resume, options, ranks) : evaluate(command.model, options, ranks);
 }

@@ -73,7 +73,7 @@ int view_command(const RunCommand& command, std::ostream& out, const Ranks& rank
     if (std::exchange(begun, now.begun) != now.begun)
       bar->begin(now.superstep);
     else
-      bar->show(now.done, now.superstep == "computation" ? now.cells : 0);
+      bar->show(now.done, now.phase == Phase::computation ? now.cells : 0);
   };
   view(command.resume.value_or(command.model), viewer, options, ranks);
   return code;

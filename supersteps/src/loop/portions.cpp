@@ -170,7 +170,7 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
 
   Ranks alone;
   const unsigned threads = threads_of(given, alone);
-  alone.begin("computation");
+  alone.begin("computation", 0, Phase::computation);
   bool stopped = true;
   while (stopped) {
     auto evaluation = progress.take_in(
@@ -310,7 +310,7 @@ class Joiner {
       refuse(plan_path_, "and its results do not fit (a region is missing, or there twice)");
     dataflow::add_regions(network_, progress_.partition, std::move(whole_regions));
     Ranks alone;
-    alone.begin("computation");
+    alone.begin("computation", 0, Phase::computation);
     coarsen(alone, network_, progress_, options_of(plan_.head), alone.cores_of_a_rank(), nullptr);
     set_partition(head_, progress_.partition);
     head_.steps = 1;
@@ -329,7 +329,7 @@ std::vector<RegionWork> make_plan(const RunOptions& given, const fs::path& plan)
   Ranks alone;
   RunOptions options = given;
   options.snapshot = plan;
-  alone.begin("compilation");
+  alone.begin("compilation", 0, Phase::preparation);
   const unsigned threads = threads_of(options, alone);
   const Source source = parsed(compilation(alone, options), options, threads);
   std::vector<double> work = geometry::in_dimension(source.model.expression.dimension(), [&](auto dimension) {
@@ -338,7 +338,7 @@ std::vector<RegionWork> make_plan(const RunOptions& given, const fs::path& plan)
     for (const auto* warnings : {&source.warnings, &source.model.warnings, &network.warnings})
       if (options.strict) refuse_warnings(*warnings);
     limit_refinement(network, options);
-    alone.begin("distribution");
+    alone.begin("distribution", 0, Phase::preparation);
     Distribution<D> regions = distribution<D>(alone, network, options, threads);
     std::vector<double> estimates = regions.partition.work;
     const auto started = begin_progress<D>(network, std::move(regions));

@@ -498,7 +498,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if (options.resume && traced && is_boundary_enough(options)) options.collect_cells = false;
 
   Looks<D> looks(network, options.finds_rounds);
-  ranks.begin("distribution");
+  ranks.begin("distribution", 0, Phase::preparation);
   auto [progress, rank_of_region] =
       options.resume ? load_progress<D>(ranks, network, options)
                      : begin_progress<D>(network, distribution<D>(ranks, network, options, report.threads));
@@ -512,7 +512,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   bool saves_late = false;                    // when it is sure that nothing is refused
   StepEnd end = before_first_step(ranks, progress, options);
   for (unsigned step = 0; !end.last; ++step) {
-    ranks.begin("computation", progress.steps);
+    ranks.begin("computation", progress.steps, Phase::computation);
     if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
     RunOptions of_step = options_of_step(options, saving.seconds);
     steer(ranks, options, progress.steps, D, of_step);
@@ -605,12 +605,12 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   RunReport report;
   RunOptions options = given.resume ? resumed_options(given, report.earlier) : given;
   options.collect_cells = options.collect_cells || options.snapshot || options.on_frame;
-  ranks.begin("compilation");
+  ranks.begin("compilation", 0, Phase::preparation);
   Source source = compilation(ranks, options);
-  ranks.begin("broadcast");
+  ranks.begin("broadcast", 0, Phase::preparation);
   broadcasting(ranks, source);
   report.threads = threads_of(options, ranks);
-  ranks.begin("compilation");
+  ranks.begin("compilation", 0, Phase::preparation);
   source = parsed(std::move(source), options, report.threads);
   report.model = options.model.string();
   report.ranks = static_cast<unsigned>(ranks.count());

@@ -86,7 +86,7 @@ std::optional<TracedBoundary> trace_boundary(Ranks& ranks, dataflow::Network<3>&
 
 std::optional<RunResult> tracing(Ranks& ranks, dataflow::Network<3>& network, const RunOptions& options,
                                  const RunReport& before) {
-  ranks.begin("computation");
+  ranks.begin("computation", 0, Phase::computation);
   const std::size_t hyperplanes = network.table.size();
   dataflow::TracedSurface traced = share_of_surface(ranks, network, options, before.threads);
   ranks.agree([&] {

@@ -219,8 +219,11 @@ class Ranks::Implementation {
     return entries_.empty() ? std::string() : entries_[current_].name;
   }
 
-  void begin(const std::string& name, unsigned step) {
+  [[nodiscard]] Phase phase() const { return phase_; }
+
+  void begin(const std::string& name, unsigned step, Phase phase) {
     close_entry();
+    phase_ = phase;
     if (entries_.empty()) first_ = Clock::now();
     const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
       return entry.name == name && entry.step == step;
@@ -333,6 +336,7 @@ class Ranks::Implementation {
 
   std::vector<Entry> entries_;
   std::size_t current_ = 0;
+  Phase phase_ = Phase::preparation;
   Clock::time_point first_ = Clock::now(), begun_ = first_;
   double waited_ = 0, hidden_ = 0;
   std::uint64_t unsent_ = 0, sent_ = 0;  // bytes for others: for the next sync, and of the last one
@@ -464,8 +468,9 @@ void Ranks::agree(const std::function<void()>& work) {
 }
 
 void Ranks::restart() { implementation_->restart(); }
-void Ranks::begin(const std::string& name, unsigned step) {
-  implementation_->begin(name, step);
+Phase Ranks::phase() const { return implementation_->phase(); }
+void Ranks::begin(const std::string& name, unsigned step, Phase phase) {
+  implementation_->begin(name, step, phase);
   if (on_superstep) on_superstep(name, step);
 }
 void Ranks::count_cells(std::uint64_t cells) { implementation_->count_cells(cells); }

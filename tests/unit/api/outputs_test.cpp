@@ -107,10 +107,18 @@ TEST(Outputs, AreWhatAResultWrites) {
   outputs.table = at("a.csv");
   options.outputs_only = true;
   std::vector<std::string> begun;
+  std::vector<Phase> phases;
   options.progress = [&](const Progress& now) {
-    if (now.begun > begun.size()) begun.push_back(now.superstep);
+    if (now.begun <= begun.size()) return;
+    begun.push_back(now.superstep);
+    phases.push_back(now.phase);
   };
   const Result result = evaluate(solid, options);
+  EXPECT_TRUE(std::is_sorted(phases.begin(), phases.end()));
+  for (std::size_t i = 0; i < begun.size(); ++i)
+    EXPECT_EQ(phases[i] == Phase::computation, begun[i] == "computation") << begun[i];
+  EXPECT_EQ(phases.front(), Phase::preparation);
+  EXPECT_EQ(phases.back(), Phase::completion);
   EXPECT_EQ(text_in(at("a.stl")), text_in(at("held.stl")));
   EXPECT_EQ(text_in(at("a.ply")), text_in(at("held.ply")));
   EXPECT_EQ(text_in(at("a.png")), text_in(at("held.png")));

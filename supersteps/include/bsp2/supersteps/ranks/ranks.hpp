@@ -10,6 +10,13 @@
 
 namespace bsp2::supersteps {
 
+/// What a superstep is for.
+enum class Phase : std::uint8_t {
+  preparation,  ///< a run finds out what there is to do, or reads a snapshot: it has found nothing yet
+  computation,  ///< it refines cells
+  completion    ///< what it has found is brought together, saved, drawn and written
+};
+
 /// What a superstep cost, one value a rank.
 struct SuperstepRecord {
   std::string name;
@@ -94,7 +101,9 @@ class Ranks {
   /// Another run begins: what has been recorded is forgotten, and time counts from its first superstep.
   void restart();
   /// The work of a superstep begins here. One that goes on is begun again.
-  void begin(const std::string& name, unsigned step = 0);
+  void begin(const std::string& name, unsigned step = 0, Phase phase = Phase::completion);
+  /// Of the superstep that was begun last.
+  [[nodiscard]] Phase phase() const;
   /// Cells that the superstep made or moved on this rank, for its record.
   void count_cells(std::uint64_t cells);
   /// The records of all supersteps so far, on the master. Collective.
