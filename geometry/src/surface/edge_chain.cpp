@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "bsp2/geometry/support/interruption.hpp"
-#include "surface/shared_ranges.hpp"
+#include "bsp2/geometry/support/parallel.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -256,24 +256,81 @@ auto EdgeSplitter::candidates(const PointSet& points, std::span<const std::uint3
   return candidates;
 }
 
+/// Follows segments down the tree together, each as far as all of it is on one side of what parts the points.
+void EdgeSplitter::descend(std::span<const Candidate> candidates, std::span<std::uint32_t> numbers,
+                           const PointSet& points, std::size_t small, std::vector<Bundle>& bundles) const {
+  if (numbers.empty()) return;
+  if (numbers.size() <= small || candidates.size() <= few) {
+    bundles.push_back({candidates, numbers});
+    return;
+  }
+  const std::size_t half = candidates.size() / 2;
+  const auto [below, across] = part(candidates[half], numbers, points);
+  const std::span<std::uint32_t> crossing = numbers.subspan(below, across - below);
+  for (std::size_t i = 0; i < crossing.size(); i += small)
+    bundles.push_back({candidates, crossing.subspan(i, std::min(small, crossing.size() - i)), true});
+  descend(candidates.first(half), numbers.first(below), points, small, bundles);
+  descend(candidates.subspan(half + 1), numbers.subspan(across), points, small, bundles);
+}
+
+/// Those that are before the middle one, those that may meet it, and those after it. @return where they end.
+std::pair<std::size_t, std::size_t> EdgeSplitter::part(const Candidate& middle,
+                                                       std::span<std::uint32_t> numbers,
+                                                       const PointSet& points) const {
+  const auto axis = static_cast<std::size_t>(middle.axis);
+  const double bottom = middle.x[axis] - margin_, top = middle.x[axis] + margin_;
+  const auto from = [&](std::uint32_t i) { return points.vertices[segments_[i].from].x[axis]; };
+  const auto to = [&](std::uint32_t i) { return points.vertices[segments_[i].to].x[axis]; };
+  const auto below = std::partition(numbers.begin(), numbers.end(),
+                                    [&](std::uint32_t i) { return std::max(from(i), to(i)) < bottom; });
+  const auto across =
+      std::partition(below, numbers.end(), [&](std::uint32_t i) { return std::min(from(i), to(i)) <= top; });
+  return {static_cast<std::size_t>(below - numbers.begin()),
+          static_cast<std::size_t>(across - numbers.begin())};
+}
+
+void EdgeSplitter::find_all(const Search& search, const Bundle& bundle) const {
+  const auto [candidates, numbers, is_crossing] = bundle;
+  Interruption::check();
+  if (is_crossing || candidates.size() <= few || numbers.size() <= 2) {
+    for (const std::uint32_t number : numbers) find(search, number, candidates, 0, 1);
+    return;
+  }
+  const std::size_t half = candidates.size() / 2;
+  const auto [below, across] = part(candidates[half], numbers, search.points);
+  find_all(search, {candidates, numbers.subspan(below, across - below), true});
+  find_all(search, {candidates.first(half), numbers.first(below)});
+  find_all(search, {candidates.subspan(half + 1), numbers.subspan(across)});
+}
+
 void EdgeSplitter::find_inner(const PointSet& points, std::span<const Candidate> candidates) {
-  std::vector<std::uint32_t> end_at(points.size() + 1);  // of the segments from each point
-  for (const Segment& segment : segments_) ++end_at[segment.from];
-  std::partial_sum(end_at.begin(), end_at.end(), end_at.begin());
-  // Segments from points that are near to each other, as in the tree, one after the other.
-  const SharedRanges ranges(candidates.size(), threads_);
-  std::vector<Inner> found(ranges.size());
-  ranges.run(exact_, [&](ExactPoints& exact, std::size_t range, std::size_t first, std::size_t end) {
-    const Search search{exact, points, found[range]};
-    for (std::size_t i = first; i < end; ++i) {
-      Interruption::check();
-      const std::uint32_t from = candidates[i].point;
-      for (std::uint32_t k = from > 0 ? end_at[from - 1] : 0; k < end_at[from]; ++k)
-        find(search, k, candidates, 0, 1);
-    }
-  });
+  std::vector<std::uint32_t> numbers(segments_.size());
+  std::iota(numbers.begin(), numbers.end(), 0U);
+  std::vector<Bundle> bundles;
+  const std::size_t small = threads_ <= 1 ? numbers.size() : std::max<std::size_t>(2048, numbers.size() / 64);
+  descend(candidates, numbers, points, small, bundles);
+  std::vector<Inner> found(bundles.size());
+  const auto work = [&](ExactPoints& exact, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) find_all({exact, points, found[i]}, bundles[i]);
+  };
+  if (bundles.size() <= 1)
+    work(exact_, 0, bundles.size());
+  else
+    for_each_range(bundles.size(), 1, threads_, [&](std::size_t first, std::size_t end) {
+      ExactPoints own(exact_.table());
+      work(own, first, end);
+    });
   inner_.clear();
   for (const Inner& some : found) inner_.insert(inner_.end(), some.begin(), some.end());
+}
+
+auto EdgeSplitter::inner_ends(const PointSet& points, std::vector<Segment> segments) -> const Inner& {
+  segments_ = std::move(segments);
+  inner_.clear();
+  if (segments_.empty()) return inner_;
+  find_inner(points, candidates(points, {}));
+  sort_inner(points);
+  return inner_;
 }
 
 void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,

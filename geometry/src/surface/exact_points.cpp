@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
 
 #include "surface/no_index.hpp"
 
@@ -65,12 +68,7 @@ const ExactCovector<3>& ExactCoordinates::point(const Vertex<3>& vertex) {
   return entry.value;
 }
 
-int ExactPoints::side(const Vertex<3>& vertex, HyperplaneId id, const Hyperplane<3>& rounded) {
-  const double value = rounded.at(vertex.x), bound = rounded.error + vertex.error * (1 + 0x1p-40);
-  if (value > bound) return 1;
-  if (value < -bound) return -1;
-  for (const HyperplaneId own : vertex.hyperplanes)
-    if (own == id) return 0;
+int ExactPoints::exact_side(const Vertex<3>& vertex, HyperplaneId id) {
   const auto& point = coordinates_.point(vertex);
   const auto& h = coordinates_.covector(id);
   ExactInteger<3> sum = h[3] * point[3];
@@ -79,8 +77,22 @@ int ExactPoints::side(const Vertex<3>& vertex, HyperplaneId id, const Hyperplane
   return sum.sign() * point[3].sign();
 }
 
-int ExactPoints::side(const PointSet& points, std::size_t point, HyperplaneId id) {
-  return points.is_known_on(point, id) ? 0 : side(points.vertices[point], id);
+int ExactPoints::side(const Vertex<3>& vertex, HyperplaneId id, const Hyperplane<3>& rounded) {
+  const double value = rounded.at(vertex.x), bound = rounded.error + vertex.error * (1 + 0x1p-40);
+  if (value > bound) return 1;
+  if (value < -bound) return -1;
+  for (const HyperplaneId own : vertex.hyperplanes)
+    if (own == id) return 0;
+  return exact_side(vertex, id);
+}
+
+int ExactPoints::side(const PointSet& points, std::size_t point, HyperplaneId id,
+                      const Hyperplane<3>& rounded) {
+  const Vertex<3>& vertex = points.vertices[point];
+  const double value = rounded.at(vertex.x), bound = rounded.error + vertex.error * (1 + 0x1p-40);
+  if (value > bound) return 1;
+  if (value < -bound) return -1;
+  return points.is_known_on(point, id) ? 0 : exact_side(vertex, id);
 }
 
 bool ExactPoints::is_known(std::uint32_t list, HyperplaneId plane) const {
@@ -95,30 +107,79 @@ bool ExactPoints::equals(const PointSet& points, std::uint32_t point, const Clus
   const double reach = (a.error + b.error) * (1 + 0x1p-40);
   for (int k = 0; k < 3; ++k)
     if (std::fabs(a.x[k] - b.x[k]) > reach) return false;
-  for (const HyperplaneId plane : a.hyperplanes)
-    if (!is_known(cluster.known, plane) && side(b, plane) != 0) return false;
+  for (const HyperplaneId plane : a.hyperplanes) {
+    const bool is_on =
+        cluster.known == none ? points.is_known_on(cluster.point, plane) : is_known(cluster.known, plane);
+    if (!is_on && side(b, plane) != 0) return false;
+  }
   return true;
 }
 
-std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
-  // Sorted along a direction in which different points hardly ever agree, equal points are close to each
-  // other.
-  keys_.clear();
-  clusters_.clear();
-  known_.clear();
-  double largest_error = 0;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const Vertex<3>& vertex = points.vertices[i];
-    keys_.emplace_back(sorting_direction[0] * vertex.x[0] + sorting_direction[1] * vertex.x[1] +
-                           sorting_direction[2] * vertex.x[2],
-                       i);
-    largest_error = std::max(largest_error, vertex.error);
+namespace {
+
+/// Sorts by the upper half: three times by eleven bits of it at most.
+void sort_by_upper_half(std::vector<std::uint64_t>& items) {
+  constexpr unsigned bits = 11;
+  std::vector<std::uint64_t> sorted(items.size());
+  for (unsigned shift = 32; shift < 64; shift += bits) {
+    std::array<std::uint32_t, (1U << bits) + 1> begin{};
+    const auto digit = [&](std::uint64_t item) { return item >> shift & ((1U << bits) - 1); };
+    for (const std::uint64_t item : items) ++begin[digit(item) + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    for (const std::uint64_t item : items) sorted[begin[digit(item)]++] = item;
+    items.swap(sorted);
   }
-  // By name where the keys agree: the order in which the points came shall not matter.
-  std::sort(keys_.begin(), keys_.end(), [&](const auto& a, const auto& b) {
+}
+
+}  // namespace
+
+/// Points along a direction in which different points hardly ever agree. By name where they do: the order in
+/// which the points came shall not matter.
+void ExactPoints::sort_keys(const PointSet& points) {
+  keys_.clear();
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const auto& x = points.vertices[i].x;
+    keys_.emplace_back(
+        sorting_direction[0] * x[0] + sorting_direction[1] * x[1] + sorting_direction[2] * x[2], i);
+    low = std::min(low, keys_.back().first);
+    high = std::max(high, keys_.back().first);
+  }
+  const auto is_before = [&](const auto& a, const auto& b) {
     return a.first != b.first ? a.first < b.first
                               : points.vertices[a.second].hyperplanes < points.vertices[b.second].hyperplanes;
-  });
+  };
+  constexpr std::size_t few = 4096;
+  if (keys_.size() < few || !(high / 2 - low / 2 > 0)) {
+    std::sort(keys_.begin(), keys_.end(), is_before);
+    return;
+  }
+  // Roughly by counting first, then those that this does not tell apart.
+  std::vector<std::uint64_t> items(keys_.size());
+  const double half = high / 2 - low / 2;
+  for (const auto& [key, i] : keys_)
+    items[i] =
+        std::uint64_t{static_cast<std::uint32_t>((key / 2 - low / 2) / half * 0x0.ffffffffp32)} << 32 | i;
+  sort_by_upper_half(items);
+  std::vector<std::pair<double, std::uint32_t>> sorted(keys_.size());
+  for (std::size_t k = 0; k < items.size(); ++k) sorted[k] = keys_[static_cast<std::uint32_t>(items[k])];
+  keys_.swap(sorted);
+  for (std::size_t begin = 0, end = 0; begin < items.size(); begin = end) {
+    while (end < items.size() && items[end] >> 32 == items[begin] >> 32) ++end;
+    if (end - begin > 1)
+      std::sort(keys_.begin() + static_cast<std::ptrdiff_t>(begin),
+                keys_.begin() + static_cast<std::ptrdiff_t>(end), is_before);
+  }
+}
+
+/// @return of each point its cluster.
+std::vector<std::uint32_t> ExactPoints::find_clusters(const PointSet& points) {
+  sort_keys(points);
+  clusters_.clear();
+  clusters_.reserve(points.size());
+  known_.clear();
+  double largest_error = 0;
+  for (const Vertex<3>& vertex : points.vertices) largest_error = std::max(largest_error, vertex.error);
   std::vector<std::uint32_t> map(points.size());
   const double slack = 0x1p-49 * table_.radius();
   // A cluster's key is that of its first member, which is at most its error below the exact one: keys ascend.
@@ -133,27 +194,71 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
     if (found == none) {
       found = static_cast<std::uint32_t>(clusters_.size());
       clusters_.push_back({i, none, key});
+    } else {
+      merge(points, i, clusters_[found]);
     }
-    Cluster& cluster = clusters_[found];
-    if (vertex.hyperplanes < points.vertices[cluster.point].hyperplanes) cluster.point = i;
-    for (const HyperplaneId plane : points.planes_of(i))
+    map[i] = found;
+  }
+  return map;
+}
+
+void ExactPoints::merge(const PointSet& points, std::uint32_t point, Cluster& cluster) {
+  const auto take = [&](std::uint32_t member) {
+    for (const HyperplaneId plane : points.planes_of(member))
       if (!is_known(cluster.known, plane)) {
         known_.push_back({plane, cluster.known});
         cluster.known = static_cast<std::uint32_t>(known_.size() - 1);
       }
-    map[i] = found;
+  };
+  if (cluster.known == none) take(cluster.point);
+  take(point);
+  if (points.vertices[point].hyperplanes < points.vertices[cluster.point].hyperplanes) cluster.point = point;
+}
+
+/// With its planes in their order, each once, whatever order they were found in.
+void ExactPoints::add_united(const PointSet& points, const Cluster& cluster) {
+  std::vector<HyperplaneId>& planes = united_.planes;
+  const auto begin = static_cast<std::ptrdiff_t>(planes.size());
+  if (cluster.known == none) {
+    const auto own = points.planes_of(cluster.point);
+    planes.insert(planes.end(), own.begin(), own.end());
   }
-  PointSet& result = united_;
-  result.clear();
-  for (const Cluster& cluster : clusters_) {
-    const std::size_t begin = result.planes.size();
-    for (std::uint32_t at = cluster.known; at != none; at = known_[at].next)
-      result.planes.push_back(known_[at].plane);
-    std::sort(result.planes.begin() + static_cast<std::ptrdiff_t>(begin), result.planes.end());
-    result.vertices.push_back(points.vertices[cluster.point]);
-    result.offset.push_back(static_cast<std::uint32_t>(result.planes.size()));
+  for (std::uint32_t at = cluster.known; at != none; at = known_[at].next) planes.push_back(known_[at].plane);
+  if (std::adjacent_find(planes.begin() + begin, planes.end(), std::greater_equal<>()) != planes.end()) {
+    std::sort(planes.begin() + begin, planes.end());
+    planes.erase(std::unique(planes.begin() + begin, planes.end()), planes.end());
   }
-  std::swap(points, result);
+  united_.vertices.push_back(points.vertices[cluster.point]);
+  united_.offset.push_back(static_cast<std::uint32_t>(planes.size()));
+}
+
+std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
+  std::vector<std::uint32_t> map = find_clusters(points);
+  united_.clear();
+  for (const Cluster& cluster : clusters_) add_united(points, cluster);
+  std::swap(points, united_);
+  return map;
+}
+
+std::vector<std::uint32_t> ExactPoints::unify_in_order(PointSet& points, std::vector<std::uint32_t>& rank) {
+  std::vector<std::uint32_t> map = find_clusters(points);
+  if (clusters_.size() == points.size()) {  // all are different
+    rank = map;
+    std::iota(map.begin(), map.end(), 0U);
+    return map;
+  }
+  std::vector<std::uint32_t> place(clusters_.size(), none);
+  rank.clear();
+  united_.clear();
+  for (std::uint32_t& cluster : map) {
+    if (place[cluster] == none) {
+      place[cluster] = static_cast<std::uint32_t>(rank.size());
+      rank.push_back(cluster);
+      add_united(points, clusters_[cluster]);
+    }
+    cluster = place[cluster];
+  }
+  std::swap(points, united_);
   return map;
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bsp2/geometry/surface/contact.hpp"
+#include "bsp2/geometry/surface/edge_facets.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -11,54 +12,6 @@ namespace {
 OrientedHyperplane outward(std::int32_t code) {
   return oriented(static_cast<HyperplaneId>(code < 0 ? ~code : code), code < 0);
 }
-
-/// The facets of one cell that meet in each of its edges.
-class EdgeFacets {
- public:
-  /// @param cell of the batch. Linear in the corners of its facets.
-  void find(const CellBatch& batch, std::uint32_t cell) {
-    const std::uint32_t first_facet = batch.facet_offset[cell], end_facet = batch.facet_offset[cell + 1];
-    first_corner_ = batch.facet_vertex_offset[first_facet];
-    edges_.assign(batch.facet_vertex_offset[end_facet] - first_corner_, {});
-    newest_at_.assign(batch.point_offset[cell + 1] - batch.point_offset[cell], none);
-    std::uint32_t corner = 0, matched = 0;
-    for (std::uint32_t facet = first_facet; facet < end_facet; ++facet) {
-      const auto loop = batch.vertices_of_facet(facet);
-      for (std::size_t k = 0; k < loop.size(); ++k, ++corner)
-        matched += add(corner, facet, loop[k], loop[k + 1 < loop.size() ? k + 1 : 0]);
-    }
-    if (2 * matched != corner) throw std::logic_error("an edge of a cell is in one facet only");
-  }
-  /// The facet of the cell beyond the edge that begins at a corner. @param corner counts through the batch.
-  [[nodiscard]] std::uint32_t beyond(std::uint32_t corner) const {
-    return edges_[corner - first_corner_].beyond;
-  }
-
- private:
-  static constexpr std::uint32_t none = ~0U;
-  struct Edge {
-    std::uint32_t facet = none, beyond = none;
-    std::uint32_t earlier = none;  ///< another edge whose lower vertex is the same
-    std::uint16_t high = 0;        ///< the higher vertex
-  };
-  std::uint32_t first_corner_ = 0;
-  std::vector<Edge> edges_;
-  std::vector<std::uint32_t> newest_at_;  ///< the last edge seen at each lower vertex
-
-  /// @return whether the edge has been seen from the other side before.
-  bool add(std::uint32_t corner, std::uint32_t facet, std::uint16_t from, std::uint16_t to) {
-    const auto [low, high] = std::minmax(from, to);
-    for (std::uint32_t at = newest_at_[low]; at != none; at = edges_[at].earlier)
-      if (edges_[at].high == high) {
-        edges_[at].beyond = facet;
-        edges_[corner].beyond = edges_[at].facet;
-        return true;
-      }
-    edges_[corner] = {facet, none, newest_at_[low], high};
-    newest_at_[low] = corner;
-    return false;
-  }
-};
 
 }  // namespace
 

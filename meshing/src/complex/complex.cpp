@@ -1,57 +1,48 @@
 #include "bsp2/meshing/complex/complex.hpp"
 
 #include <algorithm>
-#include <array>
 #include <numeric>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
-#include "bsp2/geometry/surface/contact.hpp"
+#include "bsp2/geometry/support/parallel.hpp"
 #include "bsp2/geometry/surface/edge_chain.hpp"
+#include "complex/cell_facets.hpp"
 #include "complex/plane_overlay.hpp"
 
 // 1. Corners of cells are named by three hyperplanes, as resolution has them (docs/resolution.md), and those
 //    that are one point are made one.
 // 2. Hyperplane by hyperplane the facets of the cells on its two sides are laid over each other.
 // 3. Each edge of what comes of that is divided at every point that lies on it.
+//
+// Points, cells and corners are used in the order in which the cells come, in which what is near in space is
+// near in memory. What the result depends on is asked of `PointRegister::rank`.
 
 namespace bsp2::meshing {
 namespace {
 
 using geometry::ExactPoints;
-using geometry::FacetIndex;
-using geometry::FacetSet;
 using geometry::HyperplaneId;
-using geometry::OrientedHyperplane;
 
+/// What pairs of cells touch in, as a list: the faces of the complex.
 class ComplexMaker {
  public:
   ComplexMaker(const geometry::HyperplaneTable<3>& table,
-               std::span<const std::shared_ptr<const geometry::CellBatch>> batches)
-      : table_(table), index_(table, batches), exact_(table), points_(exact_) {
-    for (const auto& batch : batches)
-      for (std::size_t cell = 0; cell < batch->size(); ++cell) {
-        const bool is_in = batch->label[cell] == geometry::Label::in;
-        number_.push_back(is_in ? static_cast<std::int32_t>(complex_.part.size()) : Complex::outside);
-        if (is_in) complex_.part.push_back(batch->part[cell]);
-      }
+               std::span<const std::shared_ptr<const geometry::CellBatch>> batches, unsigned threads)
+      : table_(table), threads_(threads), exact_(table), points_(exact_) {
+    facets_ = FacetLoader(exact_, points_, batches).run();
   }
 
   Complex run() {
-    name_points();
+    renumber(points_.unify());
     order_cells();
     lay_over();
-    const std::vector<std::uint32_t> map = points_.unify();
-    for (Face& face : faces_) {
-      Polygon& polygon = face.piece.polygon;
-      for (PolygonCorner& corner : polygon) corner.point = map[corner.point];
-      // Where a cycle begins depends on who wrote the cell.
-      const auto by_point = [](const PolygonCorner& x, const PolygonCorner& y) { return x.point < y.point; };
-      std::rotate(polygon.begin(), std::min_element(polygon.begin(), polygon.end(), by_point), polygon.end());
-    }
-    std::sort(faces_.begin(), faces_.end());
+    renumber(points_.unify());
+    order_faces();
+    find_sides();
+    divide_sides();
     write_faces();
     drop_unused_points();
     return std::move(complex_);
@@ -59,222 +50,286 @@ class ComplexMaker {
 
  private:
   struct Face {
+    std::uint32_t owner, neighbour;  // the outside is the last of all
     HyperplaneId plane;
-    PlanePiece piece;
-    [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> order() const {
-      // The outside is the last of all.
-      return std::minmax(static_cast<std::uint32_t>(piece.negative),
-                         static_cast<std::uint32_t>(piece.positive));
-    }
-    /// A total one: several faces may be between a cell and the outside.
-    friend bool operator<(const Face& a, const Face& b) {
-      const auto key = [](const Face& face) {
-        const Polygon& polygon = face.piece.polygon;
-        return std::tuple(face.order(), face.plane, polygon[0].point, polygon[1].point, polygon[2].point);
-      };
-      return key(a) < key(b);
+    std::uint32_t begin, count;
+    bool is_reversed;  // the owner is on the positive side
+  };
+  /// An edge of a face, seen from its lower end.
+  struct Use {
+    std::uint32_t high;
+    std::uint32_t corner;  // among those of all faces, one face after the other
+    std::uint32_t face;
+    friend bool operator<(const Use& a, const Use& b) {
+      return std::pair(a.high, a.corner) < std::pair(b.high, b.corner);
     }
   };
-  /// An edge of faces: from the lower point to the higher one.
-  struct Side {
-    std::uint32_t low, high;
-    HyperplaneId plane, across;
-  };
+  static constexpr std::uint32_t none = ~0U;
 
   const geometry::HyperplaneTable<3>& table_;
-  FacetIndex index_;
+  const unsigned threads_;
   ExactPoints exact_;
   PointRegister points_;
-  std::vector<std::int32_t> number_;    // of each cell of the batches among those of the complex
-  std::vector<PolygonCorner> corners_;  // of all facets, plane by plane
+  CellFacets facets_;
+  std::vector<std::uint32_t> place_;  // of each cell in the complex
+  std::vector<PlanePiece> pieces_;
   std::vector<Face> faces_;
-  std::vector<Side> sides_;                         // by their ends, each once
-  std::vector<std::uint32_t> first_inner_, inner_;  // by side: points on it, from the lower end on
+  std::vector<std::uint32_t> segment_of_;  // of each edge of the faces, one face after the other
+  std::vector<geometry::EdgeSplitter::Segment> segments_;
+  std::vector<std::uint32_t> first_inner_, inner_;  // by segment: points on it, from the lower end on
   Complex complex_;
 
-  void name_points() {
-    FacetSet set;
-    for (std::size_t i = 0; i < index_.size(); ++i) {
-      geometry::Interruption::check();
-      set.clear(index_.hyperplane(i));
-      index_.append(i, set);
-      for (std::size_t facet = 0; facet < set.facets.size(); ++facet) {
-        const auto corners = set.corners_of(facet);
-        for (std::size_t k = 0; k < corners.size(); ++k) {
-          const OrientedHyperplane before = corners[(k + corners.size() - 1) % corners.size()].across;
-          corners_.push_back(
-              {points_.find(set.hyperplane, before.id(), corners[k].across.id()), corners[k].across});
-        }
-      }
-    }
-    const std::vector<std::uint32_t> map = points_.unify();
-    for (PolygonCorner& corner : corners_) corner.point = map[corner.point];
+  void renumber(const std::vector<std::uint32_t>& map) {
+    for (PolygonCorner& corner : facets_.corners) corner.point = map[corner.point];
+    for (std::uint32_t& point : facets_.cell_points) point = map[point];
   }
 
   /// Cells by their points: batches come in an order that depends on who computed what.
   void order_cells() {
-    std::vector<std::vector<std::uint32_t>> points(complex_.part.size());
-    FacetSet set;
-    for (std::size_t i = 0, at = 0; i < index_.size(); ++i) {
-      geometry::Interruption::check();
-      set.clear(index_.hyperplane(i));
-      index_.append(i, set);
-      for (std::size_t facet = 0; facet < set.facets.size(); ++facet)
-        for (std::size_t k = set.corners_of(facet).size(); k > 0; --k)
-          points[static_cast<std::size_t>(number_.at(set.facets[facet].cell))].push_back(
-              corners_[at++].point);
+    const std::size_t cells = facets_.cells();
+    std::vector<std::uint32_t>& ranks = facets_.cell_points;  // nobody asks for the points any more
+    const auto ranks_of = [&](std::uint32_t cell) {
+      return std::span(ranks).subspan(facets_.cell_offset[cell],
+                                      facets_.cell_offset[cell + 1] - facets_.cell_offset[cell]);
+    };
+    for (std::uint32_t& rank : ranks) rank = points_.rank(rank);
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> order(cells);  // lowest rank, cell
+    for (std::uint32_t cell = 0; cell < cells; ++cell) {
+      const auto own = ranks_of(cell);
+      std::sort(own.begin(), own.end());
+      order[cell] = {own[0], cell};
     }
-    std::vector<std::uint32_t> order(points.size());
-    for (std::uint32_t cell = 0; cell < points.size(); ++cell) {
-      order[cell] = cell;
-      std::sort(points[cell].begin(), points[cell].end());
-      points[cell].erase(std::unique(points[cell].begin(), points[cell].end()), points[cell].end());
+    std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
+      return a.first != b.first
+                 ? a.first < b.first
+                 : std::ranges::lexicographical_compare(ranks_of(a.second), ranks_of(b.second));
+    });
+    place_.resize(cells);
+    complex_.part.resize(cells);
+    for (std::uint32_t i = 0; i < cells; ++i) {
+      place_[order[i].second] = i;
+      complex_.part[i] = facets_.part[order[i].second];
     }
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return points[a] < points[b]; });
-    std::vector<std::int32_t> place(points.size()), part;
-    for (std::uint32_t i = 0; i < order.size(); ++i) {
-      place[order[i]] = static_cast<std::int32_t>(i);
-      part.push_back(complex_.part[order[i]]);
-    }
-    complex_.part = std::move(part);
-    for (std::int32_t& number : number_)
-      if (number != Complex::outside) number = place[static_cast<std::size_t>(number)];
+    facets_.cell_points = {};
   }
 
   void lay_over() {
-    FacetSet set;
-    std::vector<PlaneFacet> facets;
-    std::vector<PlanePiece> pieces;
-    PlaneOverlay overlay(exact_, points_);
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < index_.size(); ++i) {
-      geometry::Interruption::check();
-      set.clear(index_.hyperplane(i));
-      index_.append(i, set);
-      facets.clear();
-      pieces.clear();
-      for (std::size_t facet = 0; facet < set.facets.size(); ++facet) {
-        const std::size_t count = set.corners_of(facet).size();
-        const FacetSet::Facet& source = set.facets[facet];
-        facets.push_back({number_.at(source.cell), source.positive,
-                          upright(set.hyperplane, std::span(corners_).subspan(at, count))});
-        at += count;
-      }
-      overlay.run(set.hyperplane, facets, pieces);
-      for (PlanePiece& piece : pieces) faces_.push_back({set.hyperplane, std::move(piece)});
-    }
-    corners_ = {};
-  }
-
-  /// Counter-clockwise seen from the plane's positive side. A cell that is as thin as its corners are rounded
-  /// may have been written inside out, so the order is asked for exactly.
-  Polygon upright(HyperplaneId plane, std::span<const PolygonCorner> corners) {
-    Polygon polygon(corners.begin(), corners.end());
-    const auto& vertices = points_.points().vertices;
-    const geometry::PlaneFrame frame(exact_, geometry::oriented(plane));
-    if (frame.orientation(vertices[polygon[0].point], vertices[polygon[1].point],
-                          vertices[polygon[2].point]) > 0)
-      return polygon;
-    std::reverse(polygon.begin(), polygon.end());
-    // The edge that began at a corner now ends there.
-    const OrientedHyperplane first = polygon.front().across;
-    for (std::size_t k = 0; k + 1 < polygon.size(); ++k) polygon[k].across = polygon[k + 1].across;
-    polygon.back().across = first;
-    return polygon;
-  }
-
-  void write_faces() {
-    const std::vector<std::uint32_t> side_of = find_sides();
-    divide_sides();
-    std::vector<std::uint32_t> cycle;
-    auto next = side_of.begin();
-    for (const Face& face : faces_) {
-      geometry::Interruption::check();
-      cycle.clear();
-      for (const PolygonCorner& corner : face.piece.polygon) {
-        const std::uint32_t side = *next++;
-        cycle.push_back(corner.point);
-        const auto inner =
-            std::span(inner_).subspan(first_inner_[side], first_inner_[side + 1] - first_inner_[side]);
-        if (corner.point == sides_[side].low)
-          cycle.insert(cycle.end(), inner.begin(), inner.end());
-        else
-          cycle.insert(cycle.end(), inner.rbegin(), inner.rend());
-      }
-      add_face(face, cycle);
-    }
-  }
-
-  /// Each edge of the faces once, by its ends. @return which of them the edges of each face are, one face
-  /// after the other.
-  std::vector<std::uint32_t> find_sides() {
-    std::vector<Side> edges;
-    std::vector<std::uint32_t> begin(points_.points().size() + 1, 0);  // of those with each lower end
-    for (const Face& face : faces_) {
-      const Polygon& polygon = face.piece.polygon;
-      for (std::size_t k = 0; k < polygon.size(); ++k) {
-        const auto [low, high] = std::minmax(polygon[k].point, polygon[(k + 1) % polygon.size()].point);
-        if (low == high) throw std::logic_error("an edge of a face has one end only");
-        edges.push_back({low, high, face.plane, polygon[k].across.id()});
-        ++begin[low + 1];
-      }
-    }
+    // Facets by planes, by counting.
+    const std::size_t facets = facets_.size();
+    std::vector<std::uint32_t> begin(facets_.planes.size() + 1), order(facets);
+    for (std::size_t i = 0; i < facets; ++i) ++begin[facets_.facets[i].plane + 1];
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> sorted(edges.size());  // higher end, edge
-    for (std::uint32_t i = 0; i < edges.size(); ++i) sorted[begin[edges[i].low]++] = {edges[i].high, i};
-    std::vector<std::uint32_t> side_of(edges.size());
+    for (std::uint32_t i = 0; i < facets; ++i) order[begin[facets_.facets[i].plane]++] = i;
+    std::vector<std::uint32_t> ends;  // of the facets of each plane that has some
+    std::uint32_t first = 0;
+    for (const std::uint32_t end : begin)
+      if (end != first) ends.push_back(first = end);
+    // By ranges of planes with as many facets each.
+    const std::size_t grain = threads_ <= 1 ? facets : std::max<std::size_t>(1024, facets / (16 * threads_));
+    std::vector<std::size_t> ranges{0};
+    for (std::size_t plane = 0; plane < ends.size(); ++plane)
+      if (ends[plane] - (ranges.back() > 0 ? ends[ranges.back() - 1] : 0) >= grain ||
+          plane + 1 == ends.size())
+        ranges.push_back(plane + 1);
+    std::vector<PlaneOverlay::Result> results(ranges.size() - 1);
+    geometry::for_each_range(results.size(), 1, threads_, [&](std::size_t range, std::size_t) {
+      ExactPoints exact(table_);
+      PlaneOverlay overlay(exact, points_, facets_, place_);
+      for (std::size_t plane = ranges[range]; plane < ranges[range + 1]; ++plane) {
+        geometry::Interruption::check();
+        const std::uint32_t from = plane > 0 ? ends[plane - 1] : 0;
+        overlay.run(std::span(order).subspan(from, ends[plane] - from), results[range]);
+      }
+    });
+    put_together(results);
+  }
+
+  /// What ranges of planes have numbered for themselves.
+  void put_together(std::vector<PlaneOverlay::Result>& results) {
+    const std::size_t points = points_.points().size(), corners = facets_.corners.size();
+    std::size_t pieces = 0, more = 0;
+    for (const PlaneOverlay::Result& result : results) {
+      pieces += result.pieces.size();
+      more += result.corners.size();
+    }
+    facets_.corners.reserve(corners + more);
+    pieces_.reserve(pieces);
+    for (PlaneOverlay::Result& result : results) {
+      const auto shift = static_cast<std::uint32_t>(facets_.corners.size() - corners);
+      for (PlanePiece& piece : result.pieces) {
+        if (piece.begin >= corners) piece.begin += shift;
+        pieces_.push_back(piece);
+      }
+      const auto moved = static_cast<std::uint32_t>(points_.append(result.points) - points);
+      for (PolygonCorner corner : result.corners) {
+        if (corner.point >= points) corner.point += moved;
+        facets_.corners.push_back(corner);
+      }
+      result = {};
+    }
+  }
+
+  std::span<const PolygonCorner> polygon(const Face& face) const {
+    return std::span(facets_.corners).subspan(face.begin, face.count);
+  }
+  /// The corner of a face whose point comes first: where a cycle begins depends on who wrote the cell.
+  std::size_t first_corner(const Face& face) const {
+    const auto corners = polygon(face);
+    std::size_t first = 0;
+    for (std::size_t k = 1; k < corners.size(); ++k)
+      if (points_.rank(corners[k].point) < points_.rank(corners[first].point)) first = k;
+    return first;
+  }
+
+  /// By owner, then neighbour; a total order: several faces may be between a cell and the outside.
+  void order_faces() {
+    std::vector<std::uint32_t> begin(facets_.cells() + 1);
+    const auto place = [&](std::int32_t cell) {
+      return cell == Complex::outside ? none : place_[static_cast<std::size_t>(cell)];
+    };
+    for (const PlanePiece& piece : pieces_)
+      ++begin[std::min(place(piece.negative), place(piece.positive)) + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    faces_.resize(pieces_.size());
+    for (const PlanePiece& piece : pieces_) {
+      const std::uint32_t negative = place(piece.negative), positive = place(piece.positive);
+      const auto [owner, neighbour] = std::minmax(negative, positive);
+      faces_[begin[owner]++] = {owner, neighbour, piece.plane, piece.begin, piece.count, positive < negative};
+    }
+    pieces_ = {};
+    const auto corners = [&](const Face& face) {
+      const auto points = polygon(face);
+      const std::size_t first = first_corner(face), n = points.size();
+      return std::tuple(points_.rank(points[first].point), points_.rank(points[(first + 1) % n].point),
+                        points_.rank(points[(first + 2) % n].point));
+    };
     std::size_t first = 0;
     for (const std::uint32_t end : begin) {
-      if (end == first) continue;
-      std::sort(&sorted[first], sorted.data() + end);
-      for (std::size_t i = first; i < end; ++i) {
-        if (i == first || sorted[i].first != sorted[i - 1].first) sides_.push_back(edges[sorted[i].second]);
-        side_of[sorted[i].second] = static_cast<std::uint32_t>(sides_.size() - 1);
-      }
+      std::sort(faces_.begin() + static_cast<std::ptrdiff_t>(first),
+                faces_.begin() + static_cast<std::ptrdiff_t>(end), [&](const Face& a, const Face& b) {
+                  const std::pair p(a.neighbour, a.plane), q(b.neighbour, b.plane);
+                  return p != q ? p < q : corners(a) < corners(b);
+                });
       first = end;
     }
-    return side_of;
   }
 
-  /// Finds all points that lie on sides, from the lower end of each on.
-  void divide_sides() {
-    std::vector<geometry::Skin::Face> carriers;
-    geometry::EdgeChain chain;
-    for (std::uint32_t i = 0; i < sides_.size(); ++i) {
-      carriers.push_back({geometry::oriented(sides_[i].plane), 0});
-      chain.push_back({sides_[i].low, sides_[i].high, i, sides_[i].across});
+  /// Each edge of the faces once, by its ends.
+  void find_sides() {
+    std::size_t count = 0;
+    std::vector<std::uint32_t> begin(points_.points().size() + 1, 0);  // of those with each lower end
+    for (const Face& face : faces_) {
+      const auto corners = polygon(face);
+      for (std::size_t k = 0; k < corners.size(); ++k) {
+        const auto [low, high] =
+            std::minmax(corners[k].point, corners[k + 1 < corners.size() ? k + 1 : 0].point);
+        if (low == high) throw std::logic_error("an edge of a face has one end only");
+        ++begin[low + 1];
+      }
+      count += corners.size();
     }
-    geometry::EdgeSplitter(exact_).split(points_.points(), carriers, chain);
-    first_inner_.assign(sides_.size() + 1, 0);
-    for (const geometry::Skin::Edge& edge : chain) {
-      if (edge.from == sides_[edge.face].low) continue;
-      inner_.push_back(edge.from);
-      ++first_inner_[edge.face + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<Use> uses(count);
+    std::uint32_t at = 0;
+    for (std::uint32_t face = 0; face < faces_.size(); ++face) {
+      const auto corners = polygon(faces_[face]);
+      for (std::size_t k = 0; k < corners.size(); ++k) {
+        const auto [low, high] =
+            std::minmax(corners[k].point, corners[k + 1 < corners.size() ? k + 1 : 0].point);
+        uses[begin[low]++] = {high, at++, face};
+      }
+    }
+    segment_of_.resize(count);
+    std::uint32_t first = 0, low = 0;
+    for (const std::uint32_t end : begin) {
+      std::sort(uses.begin() + first, uses.begin() + end);
+      for (std::uint32_t i = first, next = first; i < end; i = next) {
+        while (next < end && uses[next].high == uses[i].high) ++next;
+        add_side(low, std::span(uses).subspan(i, next - i));
+      }
+      first = end;
+      ++low;
+    }
+  }
+
+  void add_side(std::uint32_t low, std::span<const Use> uses) {
+    const Face& face = faces_[uses[0].face];
+    const auto corners = polygon(face);
+    std::size_t k = 0;
+    while (std::minmax(corners[k].point, corners[k + 1 < corners.size() ? k + 1 : 0].point) !=
+           std::pair<const std::uint32_t&, const std::uint32_t&>(low, uses[0].high))
+      ++k;
+    for (const Use& use : uses) segment_of_[use.corner] = static_cast<std::uint32_t>(segments_.size());
+    segments_.push_back({low, uses[0].high, face.plane, corners[k].across.id()});
+  }
+
+  /// Finds all points that lie on segments, from the lower end of each on.
+  void divide_sides() {
+    geometry::EdgeSplitter splitter(exact_, threads_);
+    first_inner_.assign(segments_.size() + 1, 0);
+    for (const auto& [segment, point] : splitter.inner_ends(points_.points(), segments_)) {
+      inner_.push_back(point);
+      ++first_inner_[segment + 1];
     }
     std::partial_sum(first_inner_.begin(), first_inner_.end(), first_inner_.begin());
   }
 
+  void write_faces() {
+    reserve();
+    std::vector<std::uint32_t> cycle;
+    const std::uint32_t* segment = segment_of_.data();
+    for (const Face& face : faces_) {
+      geometry::Interruption::check();
+      cycle.clear();
+      const auto corners = polygon(face);
+      const std::size_t n = corners.size(), first = first_corner(face);
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t k = first + i < n ? first + i : first + i - n;
+        const std::uint32_t point = corners[k].point;
+        cycle.push_back(point);
+        const auto inner = std::span(inner_).subspan(first_inner_[segment[k]],
+                                                     first_inner_[segment[k] + 1] - first_inner_[segment[k]]);
+        if (point == segments_[segment[k]].from)
+          cycle.insert(cycle.end(), inner.begin(), inner.end());
+        else
+          cycle.insert(cycle.end(), inner.rbegin(), inner.rend());
+      }
+      segment += n;
+      add_face(face, cycle);
+    }
+  }
+
+  void reserve() {
+    std::size_t corners = segment_of_.size();
+    for (const std::uint32_t segment : segment_of_)
+      corners += first_inner_[segment + 1] - first_inner_[segment];
+    complex_.face_points.reserve(corners);
+    complex_.face_offset.reserve(faces_.size() + 1);
+    complex_.owner.reserve(faces_.size());
+    complex_.neighbour.reserve(faces_.size());
+    complex_.plane.reserve(faces_.size());
+    complex_.outward.reserve(faces_.size());
+  }
+
   void add_face(const Face& face, std::vector<std::uint32_t>& cycle) {
-    const auto [owner, neighbour] = face.order();
-    const bool is_reversed = static_cast<std::uint32_t>(face.piece.negative) != owner;
-    if (is_reversed) std::reverse(cycle.begin(), cycle.end());
+    if (face.is_reversed) std::reverse(cycle.begin(), cycle.end());
     complex_.face_points.insert(complex_.face_points.end(), cycle.begin(), cycle.end());
     complex_.face_offset.push_back(static_cast<std::uint32_t>(complex_.face_points.size()));
-    complex_.owner.push_back(static_cast<std::int32_t>(owner));
-    complex_.neighbour.push_back(static_cast<std::int32_t>(neighbour));
+    complex_.owner.push_back(static_cast<std::int32_t>(face.owner));
+    complex_.neighbour.push_back(static_cast<std::int32_t>(face.neighbour));
     complex_.plane.push_back(face.plane);
     Point normal = table_.rounded(face.plane).normal;
-    if (is_reversed)
+    if (face.is_reversed)
       for (double& x : normal) x = -x;
     complex_.outward.push_back(normal);
   }
 
   void drop_unused_points() {
     const auto& vertices = points_.points().vertices;
-    std::vector<std::uint32_t> map(vertices.size(), ~0U);
+    std::vector<std::uint32_t> map(vertices.size(), none);
+    complex_.points.reserve(vertices.size());
     for (std::uint32_t& point : complex_.face_points) {
-      if (map[point] == ~0U) {
+      if (map[point] == none) {
         map[point] = static_cast<std::uint32_t>(complex_.points.size());
         complex_.points.push_back(vertices[point].x);
         for (double& x : complex_.points.back()) x += 0.0;  // no -0
@@ -287,8 +342,9 @@ class ComplexMaker {
 }  // namespace
 
 Complex conforming_complex(const geometry::HyperplaneTable<3>& table,
-                           std::span<const std::shared_ptr<const geometry::CellBatch>> batches) {
-  return ComplexMaker(table, batches).run();
+                           std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
+                           unsigned threads) {
+  return ComplexMaker(table, batches, threads).run();
 }
 
 }  // namespace bsp2::meshing

@@ -264,6 +264,16 @@ TEST_P(RandomMeshes, CellsMeetFaceToFace) {
   }
 }
 
+void expect_equal(const Complex& a, const Complex& b) {
+  EXPECT_EQ(a.points, b.points);
+  EXPECT_EQ(a.face_offset, b.face_offset);
+  EXPECT_EQ(a.face_points, b.face_points);
+  EXPECT_EQ(a.owner, b.owner);
+  EXPECT_EQ(a.neighbour, b.neighbour);
+  EXPECT_EQ(a.plane, b.plane);
+  EXPECT_EQ(a.part, b.part);
+}
+
 TEST_P(RandomMeshes, ComplexIsTheSameForAnyThreads) {
   for (int round = 0; round < samples::rounds(10); ++round) {
     const std::uint64_t seed = dataflow::new_seed();
@@ -272,12 +282,28 @@ TEST_P(RandomMeshes, ComplexIsTheSameForAnyThreads) {
     const auto e = random_solid(random, GetParam());
     const auto one = solid_of(e), three = solid_of(e, 3);
     const Complex a = conforming_complex(one.network.table, one.batches);
-    const Complex b = conforming_complex(three.network.table, three.batches);
-    EXPECT_EQ(a.points, b.points);
-    EXPECT_EQ(a.face_points, b.face_points);
-    EXPECT_EQ(a.owner, b.owner);
-    EXPECT_EQ(a.neighbour, b.neighbour);
-    EXPECT_EQ(a.part, b.part);
+    const Complex b = conforming_complex(three.network.table, three.batches, 3);
+    expect_equal(a, b);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+/// So many facets that threads share them.
+TEST(ConformingComplex, ThreadsMakeTheSameOfManyFacets) {
+  for (int round = 0; round < samples::rounds(2); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    std::vector<model::Expression> bars;
+    for (int i = 0; i < 60; ++i)
+      bars.push_back(
+          model::transform(dataflow::free_matrix(random, 3, 4), model::cuboid({8, 0.5, 0.5}, true)));
+    const auto solid = solid_of(model::unite(bars));
+    const Complex one = conforming_complex(solid.network.table, solid.batches);
+    ASSERT_GT(one.faces(), 2048U);
+    check_complex(one, solid);
+    for (const unsigned threads : {2U, 5U})
+      expect_equal(one, conforming_complex(solid.network.table, solid.batches, threads));
     if (testing::Test::HasFailure()) return;
   }
 }

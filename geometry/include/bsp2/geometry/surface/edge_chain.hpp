@@ -68,11 +68,17 @@ class EdgeSplitter {
   void split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
              std::span<const std::uint32_t> others = {});
 
- private:
+  /// From the lower end to the higher one; both planes carry it.
   struct Segment {
     std::uint32_t from, to;  // from < to
     HyperplaneId plane, across;
   };
+  using Inner = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  ///< segment, point inside it
+  /// The ends of segments that lie inside others: segment by segment, from the lower end of each on.
+  /// @param segments different ones, by their lower ends.
+  const Inner& inner_ends(const PointSet& points, std::vector<Segment> segments);
+
+ private:
   /// A point that may lie in a segment, in a k-d tree.
   struct Candidate {
     std::array<double, 3> x;
@@ -80,12 +86,18 @@ class EdgeSplitter {
     int axis;  ///< along which it parts the points before it from those after it
   };
 
-  using Inner = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // segment, point inside it
   /// What one thread finds.
   struct Search {
     ExactPoints& exact;
     const PointSet& points;
     Inner& inner;
+  };
+
+  /// Segments that only points of a part of the tree may lie on.
+  struct Bundle {
+    std::span<const Candidate> candidates;
+    std::span<std::uint32_t> segments;
+    bool is_crossing = false;  ///< each of them may meet what parts the candidates
   };
 
   ExactPoints& exact_;
@@ -99,6 +111,12 @@ class EdgeSplitter {
                                                   std::span<const std::uint32_t> others);
   static void build(std::span<Candidate> candidates);
   void find_inner(const PointSet& points, std::span<const Candidate> candidates);
+  void descend(std::span<const Candidate> candidates, std::span<std::uint32_t> numbers,
+               const PointSet& points, std::size_t small, std::vector<Bundle>& bundles) const;
+  [[nodiscard]] std::pair<std::size_t, std::size_t> part(const Candidate& middle,
+                                                         std::span<std::uint32_t> numbers,
+                                                         const PointSet& points) const;
+  void find_all(const Search& search, const Bundle& bundle) const;
   void find(const Search& search, std::uint32_t number, std::span<const Candidate> candidates, double low,
             double high) const;
   static bool is_inside(const Search& search, const Segment& segment, std::uint32_t point);

@@ -67,7 +67,11 @@ class ExactPoints {
   [[nodiscard]] const HyperplaneTable<3>& table() const { return table_; }
   [[nodiscard]] ExactCoordinates& coordinates() { return coordinates_; }
   /// -1, 0, +1: the side of the hyperplane on which the point is.
-  int side(const PointSet& points, std::size_t point, HyperplaneId id);
+  int side(const PointSet& points, std::size_t point, HyperplaneId id) {
+    return side(points, point, id, table_.rounded(id));
+  }
+  /// The same for several points that are held against one hyperplane.
+  int side(const PointSet& points, std::size_t point, HyperplaneId id, const Hyperplane<3>& rounded);
   int side(const Vertex<3>& vertex, HyperplaneId id) { return side(vertex, id, table_.rounded(id)); }
   /// The predicate of Splitter::side, for one point that is held against several hyperplanes.
   int side(const Vertex<3>& vertex, HyperplaneId id, const Hyperplane<3>& rounded);
@@ -75,6 +79,9 @@ class ExactPoints {
   /// Makes equal points one. Of its names the lowest one stays, so that the result depends on the set alone.
   /// @return the new index of each old point.
   std::vector<std::uint32_t> unify(PointSet& points);
+  /// The same, but points stay in the order in which they are: each in the place of the first that is equal.
+  /// @param rank gets the place of each point in an order that depends on the set alone: that of `unify`.
+  std::vector<std::uint32_t> unify_in_order(PointSet& points, std::vector<std::uint32_t>& rank);
 
   /// Whether w is between u and v. @pre the three are different points of one line.
   bool is_between(const PointSet& points, std::uint32_t u, std::uint32_t w, std::uint32_t v);
@@ -91,7 +98,7 @@ class ExactPoints {
   ExactCoordinates coordinates_;
   struct Cluster {
     std::uint32_t point;  // named lowest
-    std::uint32_t known;  // head of a list in known_
+    std::uint32_t known;  // head of a list in known_; none: what its only member knows
     double key;
   };
   struct Known {
@@ -103,8 +110,13 @@ class ExactPoints {
   std::vector<Known> known_;
   PointSet united_;  // keeps its memory from one call to the next
 
+  int exact_side(const Vertex<3>& vertex, HyperplaneId id);
+  void sort_keys(const PointSet& points);
+  std::vector<std::uint32_t> find_clusters(const PointSet& points);
   bool equals(const PointSet& points, std::uint32_t point, const Cluster& cluster);
   bool is_known(std::uint32_t list, HyperplaneId plane) const;
+  void merge(const PointSet& points, std::uint32_t point, Cluster& cluster);
+  void add_united(const PointSet& points, const Cluster& cluster);
 };
 
 /// A plane in which points are seen from the side of its outward normal, in two of their coordinates.

@@ -51,6 +51,7 @@ struct Complex {
 /// @param batches of dimension 3, and of the table.
 /// @throws std::logic_error if the cells do not fit together, which would be a mistake of ours.
 Complex conforming_complex(const geometry::HyperplaneTable<3>& table,
-                           std::span<const std::shared_ptr<const geometry::CellBatch>> batches);
+                           std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
+                           unsigned threads = 1);
 
 }  // namespace bsp2::meshing
