@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <future>
 #include <map>
 #include <utility>
@@ -93,21 +94,31 @@ void replace_all(std::vector<Piece>& pieces, unsigned threads,
   using geometry::Interruption;
   std::atomic<std::size_t> next{0};
   const auto replace = [&] {
-    for (std::size_t i = next++; i < pieces.size(); i = next++)
+    for (std::size_t i = next++; i < pieces.size(); i = next++) {
+      Interruption::check();
       pieces[i] = work(std::exchange(pieces[i], {}));
+    }
   };
   if (threads <= 1) return replace();
+  // Where one fails, the others end, too, and what it has thrown is passed on.
   std::atomic<bool> is_over{false};
+  std::exception_ptr failure;
   std::vector<std::future<void>> crew;
   for (std::size_t i = 0; i < std::min<std::size_t>(threads, pieces.size()); ++i)
     crew.push_back(std::async(std::launch::async, [&] {
       const Interruption inner([&] { return is_over.load(); });
-      replace();
+      try {
+        replace();
+      } catch (...) {
+        if (!is_over.exchange(true)) failure = std::current_exception();
+      }
     }));
   for (std::future<void>& thread : crew)
     while (thread.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready)
       if (Interruption::is_wanted()) is_over = true;
   for (std::future<void>& thread : crew) thread.get();
+  if (failure) std::rethrow_exception(failure);
+  Interruption::check();
 }
 
 Piece joined(const Piece& whole, std::vector<Piece> pieces, std::vector<std::uint32_t>& seam) {

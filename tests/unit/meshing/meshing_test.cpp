@@ -5,12 +5,16 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <boost/multiprecision/cpp_int.hpp>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
 #include <set>
+#include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "bsp2/geometry/support/interruption.hpp"
@@ -23,6 +27,7 @@
 #include "resolution/resolved.hpp"
 #include "support/rounds.hpp"
 #include "tetrahedra/face_checks.hpp"
+#include "tetrahedra/pieces.hpp"
 
 namespace bsp2::meshing {
 namespace {
@@ -285,6 +290,40 @@ TEST_P(RandomMeshes, ComplexIsTheSameForAnyThreads) {
     const Complex b = conforming_complex(three.network.table, three.batches, 3);
     expect_equal(a, b);
     if (testing::Test::HasFailure()) return;
+  }
+}
+
+/// Nobody goes on with work that is lost.
+TEST(Pieces, WhereOneFailsTheOthersEnd) {
+  for (int round = 0; round < samples::rounds(5); ++round) {
+    constexpr std::size_t count = 3;
+    std::vector<Piece> pieces(count);
+    for (std::size_t i = 0; i < count; ++i) pieces[i].moved = {static_cast<double>(i)};
+    const auto failing = static_cast<double>(static_cast<std::size_t>(round) % count);
+    std::atomic<unsigned> working{0}, ended{0};
+    const auto work = [&](const Piece& piece) -> Piece {
+      ++working;
+      while (working < count) std::this_thread::yield();
+      if (piece.moved[0] == failing) throw std::runtime_error("this one");
+      try {
+        // Longer than any test takes.
+        for (int i = 0; i < 600'000; ++i) {
+          geometry::Interruption::check();
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+      } catch (const geometry::Interrupted&) {
+        ++ended;
+        throw;
+      }
+      return {};
+    };
+    try {
+      replace_all(pieces, count, work);
+      FAIL() << "nothing is passed on";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "this one");
+    }
+    EXPECT_EQ(ended, count - 1);
   }
 }
 
