@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Runs clang-tidy over the sources of a configured build, as .clang-tidy says.
 
-    tests/tidy.py BUILD [--since COMMIT [--minutes M]] [--jobs N]
+    tests/tidy.py BUILD [--since COMMIT [--cpu-minutes M]] [--jobs N]
 
 What a unity build compiles as one is read as one: its headers are read once. Each source is read for one
-target alone, though several may have it. With --minutes what changed last is read first, and what there was
-no time for is told. Exit code 1 if there is anything to say.
+target alone, though several may have it. With --cpu-minutes what changed last is read first, and what there was
+no time for is told: of the processor, so that it is as much on a busy machine. Exit code 1 if there is anything to say.
 """
 
 import argparse
@@ -14,9 +14,9 @@ import json
 import os
 import pathlib
 import re
+import resource
 import subprocess
 import sys
-import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 ROOMS = "api|bench|bsplib|dataflow|drawing|geometry|io|jobs|meshing|model|python|supersteps|tests"
@@ -91,7 +91,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("--since", metavar="COMMIT", help="only what changed since then")
-    parser.add_argument("--minutes", type=float, default=1e9, help="no more is begun then")
+    parser.add_argument("--cpu-minutes", type=float, default=1e9, help="no more is begun when so much is used")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--only", default="", help="only what has this text in its path")
     given = parser.parse_args()
@@ -106,10 +106,14 @@ def main():
         chosen = sorted((age, command["file"]) for command, sources in all_units
                         if (age := age_of(sources, files, folders)) is not None)
     chosen = [file for _, file in chosen if given.only in file]
-    end = time.monotonic() + 60 * given.minutes
+
+    def has_time():
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime < 60 * given.cpu_minutes
+
     found = late = 0
     with concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
-        for file, text in zip(chosen, pool.map(lambda file: complaints(file, build) if time.monotonic() < end else None, chosen)):
+        for file, text in zip(chosen, pool.map(lambda file: complaints(file, build) if has_time() else None, chosen)):
             if text is None:
                 late += 1
             elif text.strip():
