@@ -1,18 +1,5 @@
 // Each CASE_... must be refused by the compiler; without one this file compiles.
-#include <array>
-#include <boost/serialization/utility.hpp>
-#include <boost/serialization/vector.hpp>
-#include <functional>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <tuple>
-#include <utility>
-#include <vector>
-
-#include "bsp2/bsplib/collectives.hpp"
-#include "bsp2/bsplib/memory.hpp"
-#include "bsp2/bsplib/queue.hpp"
+#include <does_not_compile.hpp>
 
 using namespace bsp2::bsplib;
 
