@@ -37,11 +37,19 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # It would look for unused memory of its own a hundred times a source. Not to do so takes an eighth off the build, and a third more memory.
   target_compile_options(bsp2_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:--param=ggc-min-expand=300 --param=ggc-min-heapsize=524288>)
 endif()
+# What takes no time when it runs shall take none to compile.
+add_library(bsp2_cold_options INTERFACE)
+if(BSP2_SANITIZE)
+  target_compile_options(bsp2_cold_options INTERFACE -O0)
+else()
+  target_compile_options(bsp2_cold_options INTERFACE $<$<CONFIG:Release>:-Og>)
+endif()
 # The rounding error bounds of the kernel assume plain IEEE arithmetic.
 target_compile_options(bsp2_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>)
 
-# Headers of others that nearly every room includes are parsed once: bsp2_precompiled for the rooms, and with GoogleTest
-# bsp2_precompiled_tests. Each source still includes what it uses (`-DBSP2_PRECOMPILE=OFF` proves it).
+# Headers of others that nearly every room includes are parsed once: bsp2_precompiled for the rooms, bsp2_precompiled_cold for what is
+# not optimized under the sanitizers, where GCC takes no header that is, and with GoogleTest bsp2_precompiled_tests. Each source still
+# includes what it uses (`-DBSP2_PRECOMPILE=OFF` proves it).
 option(BSP2_PRECOMPILE "Parse the headers of the standard library and of Boost once" ON)
 set(BSP2_PRECOMPILED_HEADERS
   <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <optional> <random> <span> <sstream> <string>
@@ -63,7 +71,7 @@ function(bsp2_precompiled_headers name)
   target_precompile_headers(${name} PRIVATE ${BSP2_PRECOMPILED_HEADERS} ${HEADERS_HEADERS})
 endfunction()
 
-# bsp2_reuse_precompiled(<target> <bsp2_precompiled | bsp2_precompiled_tests>)
+# bsp2_reuse_precompiled(<target> <bsp2_precompiled | bsp2_precompiled_cold | bsp2_precompiled_tests>)
 function(bsp2_reuse_precompiled target headers)
   if(BSP2_PRECOMPILE)
     target_precompile_headers(${target} REUSE_FROM ${headers})
@@ -83,7 +91,7 @@ endfunction()
 
 # What the objects of a room are compiled with. The room's headers come first, before those that it links.
 function(bsp2_compile_for_room target name)
-  cmake_parse_arguments(ROOM "PRECOMPILED" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ROOM "" "PRECOMPILED" "SOURCES;LINK" ${ARGN})
   if(NOT name STREQUAL bsplib)  # which decides for itself what it exports
     bsp2_for_library(${target})
   endif()
@@ -91,7 +99,7 @@ function(bsp2_compile_for_room target name)
   bsp2_unity_by_folder(${target} ${ROOM_SOURCES})
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:bsp2_options> ${ROOM_LINK})
   if(ROOM_PRECOMPILED)
-    bsp2_reuse_precompiled(${target} bsp2_precompiled)
+    bsp2_reuse_precompiled(${target} ${ROOM_PRECOMPILED})
   endif()
 endfunction()
 
@@ -106,7 +114,7 @@ function(bsp2_room name)
   endif()
   set(precompiled)
   if(ROOM_PRECOMPILED)
-    set(precompiled PRECOMPILED)
+    set(precompiled PRECOMPILED bsp2_precompiled)
   endif()
   add_library(bsp2_${name} STATIC ${ROOM_SOURCES})
   add_library(bsp2::${name} ALIAS bsp2_${name})
@@ -117,19 +125,15 @@ function(bsp2_room name)
   bsp2_compile_for_room(bsp2_${name} ${name} ${precompiled} SOURCES ${ROOM_SOURCES} LINK ${ROOM_PRIVATE})
   if(cold)
     set(target bsp2_${name}_cold)
-    if(BSP2_SANITIZE)
-      set(precompiled)  # with optimization
+    if(ROOM_PRECOMPILED AND BSP2_SANITIZE)
+      set(precompiled PRECOMPILED bsp2_precompiled_cold)
     endif()
     add_library(${target} OBJECT ${cold})
-    bsp2_compile_for_room(${target} ${name} ${precompiled} SOURCES ${cold} LINK ${ROOM_PUBLIC} ${ROOM_PRIVATE})
+    bsp2_compile_for_room(${target} ${name} ${precompiled} SOURCES ${cold}
+      LINK bsp2_cold_options ${ROOM_PUBLIC} ${ROOM_PRIVATE})
     # What the room is given later on as well.
     target_include_directories(${target} PRIVATE $<TARGET_PROPERTY:bsp2_${name},INCLUDE_DIRECTORIES>)
     target_compile_definitions(${target} PRIVATE $<TARGET_PROPERTY:bsp2_${name},COMPILE_DEFINITIONS>)
-    if(BSP2_SANITIZE)
-      target_compile_options(${target} PRIVATE -O0)
-    else()
-      target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Og>)
-    endif()
     target_sources(bsp2_${name} PRIVATE $<TARGET_OBJECTS:${target}>)
   endif()
 endfunction()
