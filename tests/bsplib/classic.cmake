@@ -21,12 +21,12 @@ foreach(program bsplib_classic bsplib_classic_size_t bsplib_classic_mcbsp bsplib
 endforeach()
 foreach(ranks 1 2 3 4)
   foreach(program classic classic_size_t classic_init classic_own_mpi direct_get direct_get_size_t level1)
-    bsplib_run(bsplib.${program}.${ranks} RANKS ${ranks} COMMAND bsplib_${program} TIMEOUT 60)
+    bsplib_run(bsplib.${program}.${ranks} RANKS ${ranks} COMMAND bsplib_${program} TIMEOUT 120)
   endforeach()
 endforeach()
 
 foreach(ranks 1 2 3 4)
-  bsplib_run(bsplib.classic_mcbsp.${ranks} RANKS ${ranks} COMMAND bsplib_classic_mcbsp TIMEOUT 60)
+  bsplib_run(bsplib.classic_mcbsp.${ranks} RANKS ${ranks} COMMAND bsplib_classic_mcbsp TIMEOUT 120)
 endforeach()
 
 # Collectives on a machine where they take two supersteps as soon as they can, and on one where they never do.
@@ -55,7 +55,7 @@ function(bsplib_abort case message)
   endif()
   foreach(ranks ${ABORT_UNPARSED_ARGUMENTS})
     bsplib_run(bsplib.abort${dialect}.${case}.${ranks} RANKS ${ranks} COMMAND bsplib_classic_aborts${dialect} ${case}
-      FAILS "${message}" ${once} TIMEOUT 30)
+      FAILS "${message}" ${once} TIMEOUT 120)
   endforeach()
 endfunction()
 
@@ -74,7 +74,7 @@ bsplib_abort(end_before_begin_failed "bsp_begin: Process 1 has ended without cal
 # Again and again, as it is a matter of who comes first.
 foreach(round RANGE 1 8)
   bsplib_run(bsplib.abort.end_before_begin.again.${round} RANKS 3 COMMAND bsplib_classic_aborts end_before_begin
-    FAILS "bsp_begin: Process 1 has ended without calling it" TIMEOUT 30)
+    FAILS "bsp_begin: Process 1 has ended without calling it" TIMEOUT 120)
 endforeach()
 bsplib_abort(exit_early "bsp_end: was not called before the end of the program" 1 2 3 4)
 bsplib_abort(never_began "bsp_begin: was not called before the end of the program" 2 3 4)

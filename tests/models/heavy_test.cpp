@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <ctime>
 
 #include "models.hpp"
 
@@ -10,7 +10,7 @@ namespace bsp2::models {
 namespace {
 
 TEST(HeavyModel, AnIcosphereOf80000Triangles) {
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();  // of the processor: the machine may be busy
   const Ball ball = icosphere(6);
   ASSERT_EQ(ball.faces.size(), 81920U);
   const Expression mesh = model::polyhedron(ball.points, ball.faces);
@@ -19,7 +19,7 @@ TEST(HeavyModel, AnIcosphereOf80000Triangles) {
   // Cut in two: each half is a half by symmetry.
   const Expression half = model::intersect({mesh, move(-2, -2, 0, model::cuboid({4, 4, 4}))});
   EXPECT_NEAR(evaluate(half).volume(), volume / 2, 1e-9 * volume);
-  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 300);
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 300);
 }
 
 TEST(HeavyModel, MengerSpongeOfLevel3) { EXPECT_NEAR(evaluate(menger(3)).volume(), 8000, 1e-9); }

@@ -146,7 +146,7 @@ TEST_F(Program, RefusesBadPathsAndOptions) {
 /// What is named as a file and is none, or may not be read: one message that says so, code 2.
 TEST_F(Program, TellsWhyAFileCannotBeRead) {
   const auto refused = [&](const std::string& arguments, const std::string& message) {
-    const Ended ended = start("timeout 20 " BSP2_PROGRAM " " + arguments, "");
+    const Ended ended = start("timeout 100 " BSP2_PROGRAM " " + arguments, "");
     EXPECT_EQ(ended.code, 2) << arguments << ": " << ended.text;
     EXPECT_EQ(ended.text, "bsp2: " + message + "\n");
   };
