@@ -370,6 +370,86 @@ try {
     assert.equal(await run.ended, 0);
   });
 
+  await step('sections, what is exploded and what is hidden hold no more than the window shows', async () => {
+    const crowd = join(folder, 'crowd.csg'); // 2,000 small cubes about a block: two parts, in boxes that overlap
+    const moved = (x, y, z, solid) => `multmatrix([[1,0,0,${x}],[0,1,0,${y}],[0,0,1,${z}],[0,0,0,1]]) ${solid}`;
+    const cubes = Array.from({ length: 2000 }, (_, i) => moved(8 * (i % 20) - 80, 8 * (Math.floor(i / 20) % 20) - 80, 8 * Math.floor(i / 400) - 16, 'cube(2);'));
+    await writeFile(crowd, `part("crowd") { difference() { union() { ${cubes.join('\n')} }\n${moved(-20, -20, -40, 'cube([40, 40, 80]);')} } }\npart("block") ${moved(-10, -10, -30, 'cube([20, 20, 60]);')}\n`);
+    const run = await view(crowd);
+    page = await open(run.link);
+    await finished(page);
+    await page.click('#views');
+    await page.click('#viewlist button:has-text("Parallel")');
+    await page.keyboard.press('6'); // from above
+    await page.evaluate(() => bsp2.stage.zoom(1 / 6));
+    const bounded = async (what) => {
+      await satisfied(page);
+      const found = await page.evaluate(() => {
+        const { stage } = bsp2;
+        const all = [];
+        for (const map of [stage.pieces, stage.regions]) for (const item of map.values()) {
+          const [lower, upper] = item.message.box, offset = stage.offsetOf(item).toArray();
+          const seen = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => stage.controls.target.clone().set(...[0, 1, 2].map((k) => ((i >> k) & 1 ? upper : lower)[k] + offset[k])).project(stage.camera));
+          const extent = (axis, pixels) => Math.max(1, (Math.max(...seen.map((p) => p[axis])) - Math.min(...seen.map((p) => p[axis]))) / 2 * pixels);
+          const { width, height } = stage.renderer.domElement;
+          all.push({ triangles: item.message.arrays.triangles.length / 3, most: Math.max(24, 2 * extent('x', width) * extent('y', height)), voxels: Boolean(item.message.voxels) });
+        }
+        return all;
+      });
+      for (const { triangles, most } of found) assert.ok(triangles <= 1.05 * most + 24, `${what}: ${triangles} triangles where ${most} are enough`);
+      return found.filter(({ voxels, triangles }) => voxels && triangles > 0).length;
+    };
+    /** What a section is filled with: its area, and the parts that it is of. */
+    const filled = () => page.evaluate(() => {
+      const mesh = bsp2.stage.fillingOf(2);
+      if (!mesh) return null;
+      const { position } = mesh.geometry.attributes, { index } = mesh.geometry;
+      const p = (i) => bsp2.stage.controls.target.clone().fromBufferAttribute(position, index.getX(i));
+      let area = 0;
+      for (let i = 0; i < index.count; i += 3) area += p(i + 1).sub(p(i)).cross(p(i + 2).sub(p(i))).length() / 2;
+      return { area, parts: [...new Set(mesh.userData.parts)].sort() };
+    });
+    assert.ok(await bounded('as it is') > 0, 'voxels');
+    await page.locator('#clips .clip:nth-child(3) input[type=number]').fill('1');
+    await page.keyboard.press('Enter');
+    await page.focus('#canvas'); // what is below stays, and is seen from above
+    assert.ok(await bounded('cut') > 0, 'voxels');
+    const middle = Array.from({ length: 20 }, (_, i) => 8 * i - 80).filter((x) => x > -22 && x < 20); // columns that the hole is cut out of
+    const cover = (x) => Math.max(0, Math.min(x + 2, 20) - Math.max(x, -20));
+    const holes = middle.reduce((sum, x) => sum + cover(x), 0) ** 2;
+    const section = await filled();
+    assert.ok(section, 'bsp2 has told');
+    assert.deepEqual(section.parts, [0, 1]);
+    assert.ok(Math.abs(section.area - (400 * 4 - holes + 400)) < 20, `${section.area}, ${400 * 4 - holes + 400}`);
+    await shot(page, 'crowd-cut');
+    const kind = (x, y) => page.evaluate(([a, b]) => { const { stage } = bsp2; const at = stage.controls.target.clone().set(a, b, 1).project(stage.camera); return stage.pick(at.x, at.y); }, [x, y]).then((picked) => picked && `${picked.kind} ${picked.part}`);
+    for (let i = 0; i < 20; ++i) assert.equal(await kind(18 * random() - 9, 18 * random() - 9), 'section 1');
+    assert.equal(await kind(15, 15), null);
+    await page.click('#parts li:nth-child(1) button');
+    await bounded('cut, and a part hidden');
+    assert.deepEqual((await filled()).parts, [1]);
+    await page.keyboard.press('c');
+    assert.ok(await page.evaluate(() => bsp2.stage.wantsSurface === false));
+    await until(page, () => bsp2.isSatisfied && !bsp2.stage.showsSurface);
+    await bounded('cells, cut, a part hidden');
+    const cells = await filled();
+    assert.deepEqual(cells.parts, [1]);
+    assert.ok(Math.abs(cells.area - 400) < 5, `${cells.area}`);
+    assert.equal(await page.evaluate(() => [...bsp2.stage.regions.values()].some(({ message }) => message.arrays.parts.includes(0))), false, 'hidden cells are not sent');
+    await shot(page, 'cells-cut-hidden');
+    await page.click('#showall');
+    await until(page, () => bsp2.isSatisfied && [...bsp2.stage.regions.values()].some(({ message }) => message.arrays.parts.includes(0)));
+    assert.deepEqual((await filled()).parts, [0, 1]);
+    await page.keyboard.press('c');
+    await page.locator('#explode').fill('1');
+    assert.ok(await bounded('cut and exploded') > 0, 'voxels');
+    assert.ok((await filled()).parts.includes(1));
+    await shot(page, 'crowd-exploded');
+    assert.deepEqual(page.faults, []);
+    await page.context().close();
+    assert.equal(await run.ended, 0);
+  });
+
   const large = join(folder, 'large.csg');
   const many = Array.from({ length: 2000 }, () => `multmatrix([[0.8,-0.6,0,${random() * 60}],[0.6,0.8,0,${random() * 60}],[0,0,1,${random() * 60}],[0,0,0,1]]) { sphere($fn = 24, r = ${2 + 6 * random()}); }`);
   await writeFile(large, `union() {\n${many.join('\n')}\n}\n`);

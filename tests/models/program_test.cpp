@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -134,6 +135,16 @@ TEST_F(Program, RefusesBadPathsAndOptions) {
   EXPECT_EQ(resumed.code, 2);
   EXPECT_NE(resumed.text.find("run.h5: is a snapshot, not a model; 'bsp2 info'"), std::string::npos)
       << resumed.text;
+  std::ostringstream bytes;
+  bytes << std::ifstream(snapshot, std::ios::binary).rdbuf();
+  std::string damaged = bytes.str();
+  damaged[1] = 'X';
+  const std::string other = (folder_.path() / "damaged").string();
+  std::ofstream(other, std::ios::binary) << damaged;
+  const Ended drawn = start("render " + other + " -o " + (folder_.path() / "x.png").string());
+  EXPECT_EQ(drawn.code, 2);
+  EXPECT_NE(drawn.text.find("looks like a snapshot whose first bytes are damaged"), std::string::npos)
+      << drawn.text;
   EXPECT_EQ(start("run " + good + " --bogus").code, 2);
   EXPECT_EQ(start("run " + good + " --cells -5").code, 2);
   EXPECT_EQ(start("run " + good + " --threads minus").code, 2);

@@ -4,30 +4,17 @@ import * as THREE from 'three';
 const pause = 120; // milliseconds between two that are told
 const most = 2000; // names of each kind in a message
 
-/** The least distance of a box in front of a camera; a camera without perspective has all at 1. */
-function nearest(box, camera) {
-  if (camera.isOrthographicCamera) return 1;
-  let depth = Infinity;
-  for (let i = 0; i < 8; ++i) {
-    const corner = new THREE.Vector3(...['x', 'y', 'z'].map((axis, k) => ((i >> k) & 1 ? box.max : box.min)[axis]));
-    depth = Math.min(depth, -corner.applyMatrix4(camera.matrixWorldInverse).z);
-  }
-  return Math.max(camera.near, depth);
-}
-
 /** @param picks what is selected: that is wanted as it is, since it is measured. */
 export function gazeOf(stage, picks) {
-  const { camera, look, planes, box } = stage;
+  const { camera, look, clips, box } = stage;
   stage.fitDepth();
   camera.updateMatrixWorld();
   const matrix = new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements;
-  const isMoved = look.explode > 0;
-  // Where levels meet there are gaps of less than a pixel. Sections are filled by counting, which must not see them.
-  const isEven = isMoved || planes.length > 0;
-  const exactly = (kind) => [...new Set(picks.filter(({ item }) => item.kind === kind && Number.isInteger(item.number)).map(({ item }) => item.number))];
+  const exactly = (kind) => [...new Set(picks.filter(({ item, kind: picked }) => picked !== 'section' && item.kind === kind && Number.isInteger(item.number)).map(({ item }) => item.number))];
   return {
-    matrix: [...matrix], height: stage.renderer.getDrawingBufferSize(new THREE.Vector2()).y, all: isMoved, surface: stage.wantsSurface,
-    depth: !isEven || box.isEmpty() ? 0 : isMoved ? (camera.isOrthographicCamera ? 1 : camera.near) : nearest(box, camera),
+    matrix: [...matrix], height: stage.renderer.getDrawingBufferSize(new THREE.Vector2()).y, surface: stage.wantsSurface,
+    explode: box.isEmpty() ? 0 : look.explode, middle: box.isEmpty() ? [0, 0, 0] : box.getCenter(new THREE.Vector3()).toArray(),
+    planes: clips.flatMap(({ plane, place }, axis) => (plane ? [[axis, place, plane.normal.getComponent(axis)]] : [])),
     hidden: [...stage.hidden].slice(0, most), pieces: exactly('piece').slice(0, most), regions: exactly('region').slice(0, most),
   };
 }

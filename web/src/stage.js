@@ -38,7 +38,8 @@ export class Stage {
     for (const light of [this.lamp, this.side]) { this.scene.add(light); this.scene.add(light.target); }
 
     this.planes = [];
-    this.caps = [];
+    this.sections = [null, null, null]; // what planes cut open, by axis, as bsp2 has told it
+    this.looks = 0; // how often the looks of things have changed
     this.clips = ['x', 'y', 'z'].map((axis) => ({ axis, on: false, at: 0.5, flip: false }));
     this.regions = new Map(); // number of the region: what is drawn of it
     this.pieces = new Map();
@@ -83,6 +84,7 @@ export class Stage {
       map: hatch, side: THREE.DoubleSide, clippingPlanes: [], stencilWrite: true, stencilRef: 0, stencilFunc: THREE.NotEqualStencilFunc,
       stencilFail: THREE.ZeroStencilOp, stencilZFail: THREE.ZeroStencilOp, stencilZPass: THREE.ZeroStencilOp }));
     this.capScene.add(this.cap);
+    this.filling = new THREE.MeshBasicMaterial({ map: hatch.clone(), vertexColors: true, side: THREE.DoubleSide, clippingPlanes: [] });
   }
 
   // --- What comes ---
@@ -94,6 +96,7 @@ export class Stage {
     else if (message.kind === 'fresh') this.receiveFresh(message);
     else if (message.kind === 'model') this.receiveModel(message);
     else if (message.kind === 'shown') this.receiveEnd(message);
+    else if (message.kind === 'section') this.receiveSection(message);
     this.invalidate();
   }
 
@@ -126,16 +129,23 @@ export class Stage {
     if (message.run === this.run && !this.coming) this.addRegion(message);
   }
 
+  /** What a plane cuts open: it replaces what it did before. */
+  receiveSection(message) {
+    this.sections[message.axis]?.mesh?.geometry.dispose();
+    this.sections[message.axis] = { message, mesh: null, looks: -1 };
+  }
+
   receiveModel(message) {
     if (this.comesInItsPlace(message)) this.coming.model = message;
     else this.setModel(message);
   }
 
   setModel(message) {
+    this.looks += 1;
     const had = JSON.stringify([this.model.parts, this.model.colours]);
     this.model = message;
     if (message.dimension === 2)
-      for (const material of [this.ofVertices, this.undecided]) material.side = THREE.DoubleSide;
+      this.undecided.side = THREE.DoubleSide;
     if (message.lower.length > 0) {
       const at = (corner) => new THREE.Vector3(corner[0], corner[1], corner[2] ?? 0);
       this.box.set(at(message.lower), at(message.upper));
@@ -257,7 +267,7 @@ export class Stage {
   materialOf(colour) {
     const key = colours.hex(colour);
     if (!this.ofColour.has(key))
-      this.ofColour.set(key, new THREE.MeshLambertMaterial({ color: key, flatShading: true, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, clippingPlanes: this.planes }));
+      this.ofColour.set(key, new THREE.MeshLambertMaterial({ color: key, side: this.ofVertices.side, flatShading: true, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, clippingPlanes: this.planes }));
     return this.ofColour.get(key);
   }
 
@@ -299,6 +309,7 @@ export class Stage {
   }
 
   colourAll() {
+    this.looks += 1;
     for (const map of [this.regions, this.pieces]) for (const item of map.values()) this.colour(item);
     this.invalidate();
   }
@@ -364,6 +375,7 @@ export class Stage {
   }
 
   updateVisibility() {
+    this.looks += 1;
     for (const map of [this.regions, this.pieces]) for (const item of map.values()) this.updateOf(item);
     this.selected.visible = this.look.explode === 0;
     this.invalidate();
@@ -404,15 +416,95 @@ export class Stage {
       const normal = new THREE.Vector3();
       normal[axis] = clip.flip === (axis === 'y') ? -1 : 1; // at first the cut is seen from the front, the right and above
       clip.plane = new THREE.Plane(normal, -normal[axis] * at);
+      clip.place = at;
       this.planes.push(clip.plane);
     }
+    this.seeBacks();
     this.invalidate();
   }
 
-  isKept(point) { return this.planes.every((plane) => plane.distanceToPoint(point) >= -1e-9 * this.sphere().radius); }
+  isKept(point, planes = this.planes) { return planes.every((plane) => plane.distanceToPoint(point) >= -1e-9 * this.sphere().radius); }
+
+  /** What is cut open is looked into: there is less than a pixel between what fills it and what is behind. */
+  seeBacks() {
+    const side = this.planes.length > 0 || this.model.dimension === 2 ? THREE.DoubleSide : THREE.FrontSide;
+    for (const material of [this.ofVertices, ...this.ofColour.values()]) {
+      if (material.side === side) continue;
+      material.side = side;
+      material.needsUpdate = true;
+    }
+  }
+
+  /** Fills what planes cut open, as bsp2 has told; until it has, by counting. */
+  drawCaps() {
+    const counted = [];
+    for (const [axis, { plane }] of this.clips.entries()) {
+      if (!plane) continue;
+      const filling = this.fillingOf(axis);
+      if (filling === null) { counted.push(plane); continue; }
+      this.filling.clippingPlanes = this.planes.filter((other) => other !== plane);
+      this.cap.visible = false;
+      this.capScene.add(filling);
+      this.camera.layers.enable(0);
+      this.renderer.render(this.capScene, this.camera);
+      this.capScene.remove(filling);
+      this.cap.visible = true;
+    }
+    if (counted.length > 0) this.countCaps(counted);
+  }
+
+  /** What fills the section across an axis; null if what there is is not of what is shown now. */
+  fillingOf(axis) {
+    const section = this.sections[axis], { place } = this.clips[axis];
+    if (!section || section.message.run !== this.run || section.message.at !== place || section.message.explode !== this.look.explode) return null;
+    if (section.message.surface !== this.showsSurface || [...this.regions.keys()].some((number) => typeof number === 'string')) return null;
+    if (section.looks !== this.looks) {
+      section.mesh?.geometry.dispose();
+      section.mesh = this.filled(section.message);
+      section.looks = this.looks;
+    }
+    return section.mesh;
+  }
+
+  filled({ axis, at, middle, surface, arrays: { corners, counts, regions, parts } }) {
+    const [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+    const positions = [], colour = [], places = [], indices = [], owners = [];
+    const period = this.box.getSize(new THREE.Vector3()).length() * 1.2 / 70 || 1;
+    let first = 0;
+    counts.forEach((count, i) => {
+      const begin = 8 * first;
+      first += count;
+      const item = surface ? { kind: 'piece', part: parts[i] } : this.regions.get(regions[i]);
+      if (!item || this.hidden.has(parts[i])) return;
+      const offset = this.offsetOf(item).toArray();
+      const { shade } = this.look;
+      const own = shade === 'region' ? colours.ofNumber(item.message.region) : shade === 'rank' ? colours.ofNumber(item.message.rank) : this.colourOfPart(parts[i]);
+      const rgb = colours.linear(own);
+      for (let at8 = begin; at8 < begin + 8 * count; at8 += 2) {
+        const point = [0, 0, 0];
+        point[axis] = at - middle[axis];
+        point[u] = corners[at8] + offset[u];
+        point[v] = corners[at8 + 1] + offset[v];
+        if ((at8 - begin) % 8 === 0) { const k = positions.length / 3; indices.push(k, k + 1, k + 2, k, k + 2, k + 3); owners.push(i); }
+        positions.push(...point);
+        colour.push(...rgb, 255);
+        places.push(point[u] / period, point[v] / period);
+      }
+    });
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.Float32BufferAttribute(positions, 3));
+    geometry.setAttribute('color', new THREE.BufferAttribute(Uint8Array.from(colour), 4, true));
+    geometry.setAttribute('uv', new THREE.Float32BufferAttribute(places, 2));
+    geometry.setIndex(indices);
+    const mesh = new THREE.Mesh(geometry, this.filling);
+    mesh.position.set(...middle);
+    mesh.updateMatrixWorld();
+    mesh.userData = { axis, parts: owners.map((i) => parts[i]), regions: surface ? null : owners.map((i) => regions[i]) };
+    return mesh;
+  }
 
   /** Fills what planes cut open: where more backs than fronts lie behind a plane, it is in the solid. */
-  drawCaps() {
+  countCaps(planes) {
     const items = [...(this.showsSurface ? this.pieces : this.regions).values()].filter((item) => item.solid?.visible);
     const parts = new Map();
     for (const item of items) {
@@ -426,7 +518,7 @@ export class Stage {
     for (const [part, own] of groups) {
       for (const item of wasVisible.keys()) item.solid.visible = false;
       for (const item of own) item.solid.visible = true;
-      for (const plane of this.planes) {
+      for (const plane of planes) {
         this.renderer.clearStencil();
         camera.layers.set(solids);
         for (const material of [this.backs, this.fronts]) {
@@ -547,6 +639,8 @@ export class Stage {
       for (const item of map.values()) if (item.solid?.visible) meshes.push(item.solid);
     const hits = this.hitsOf(ray, meshes);
     const hit = hits.find(({ point }) => this.isKept(point));
+    const cut = this.pickSection(ray, hit?.distance ?? Infinity);
+    if (cut) return cut;
     if (!hit) return null;
     const picked = Object.assign(this.describe(hit), { ray });
     if (hit.face.normal.dot(ray.ray.direction) > 0 && this.planes.length > 0) {
@@ -556,6 +650,24 @@ export class Stage {
       if (section) Object.assign(picked, { kind: 'section', point: section[1], normal: section[0].normal.clone(), triangles: null });
     }
     return picked;
+  }
+
+  /** What fills a section, where a ray meets it nearer than anything else. */
+  pickSection(ray, least) {
+    let nearest = null;
+    for (const [axis, { plane }] of this.clips.entries()) {
+      const filling = plane && this.model.dimension === 3 ? this.fillingOf(axis) : null;
+      if (!filling) continue;
+      const hits = [];
+      filling.raycast(ray, hits);
+      const others = this.planes.filter((other) => other !== plane);
+      for (const hit of hits) if (this.isKept(hit.point, others) && hit.distance < (nearest?.hit.distance ?? least)) nearest = { hit, plane, filling };
+    }
+    if (nearest === null) return null;
+    const { hit: { point, faceIndex }, plane, filling: { userData: { parts, regions } } } = nearest;
+    const owner = faceIndex >> 1;
+    const item = regions ? this.regions.get(regions[owner]) : [...this.pieces.values()].find((piece) => piece.part === parts[owner]);
+    return item ? { kind: 'section', point, normal: plane.normal.clone(), item, part: parts[owner], run: this.run, triangles: null, ray } : null;
   }
 
   /** Backs count, too: the first thing behind a plane that cuts a solid open is one. */

@@ -127,7 +127,7 @@ function selectPart(part) {
 }
 
 function describe(picked, title) {
-  if (picked.item.message.voxels) return [element('h3', { textContent: title }), element('p', { className: 'quiet', textContent: 'Looking nearer ...' })];
+  if (picked.item.message.voxels && picked.kind !== 'section') return [element('h3', { textContent: title }), element('p', { className: 'quiet', textContent: 'Looking nearer ...' })];
   const part = stage.model.parts[picked.part];
   const rows = [['part', stage.model.parts.length > 0 ? nameOf(picked.part) : null], ['part volume', part?.volume === undefined ? null : number(part.volume)]];
   if (picked.kind === 'face') rows.push(['face', picked.face], ['face area', number(picked.area)], ['piece volume', picked.solidVolume === undefined ? null : number(picked.solidVolume)]);
@@ -153,7 +153,7 @@ function showSelection() {
   }
   const kinds = { face: 'Face', cell: 'Cell', section: 'Section' };
   const shown = picks.flatMap((picked, i) => describe(picked, picks.length > 1 ? `${i + 1}: ${kinds[picked.kind]}` : kinds[picked.kind]));
-  if (picks.length === 2 && !picks.some(({ item }) => item.message.voxels)) {
+  if (picks.length === 2 && !picks.some(({ item, kind }) => item.message.voxels && kind !== 'section')) {
     const [a, b] = picks;
     const d = b.point.clone().sub(a.point);
     const angle = THREE.MathUtils.radToDeg(a.normal.angleTo(b.normal));

@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bsp2::api {
@@ -38,6 +41,12 @@ struct Detail {
   std::vector<std::uint32_t> triangles_of_voxels;
   /// Makes the bytes of a level from those of the finest one. Called by any thread.
   std::function<std::string(const std::string& bytes, int level)> coarser;
+  /// The parts that are in it, ascending, where they are several; they are hidden one by one.
+  std::vector<std::int32_t> parts;
+  /// Without some of them: the bytes of that, and what can be sent of these. Called by any thread.
+  std::function<std::pair<std::string, std::shared_ptr<const Detail>>(const std::string& bytes,
+                                                                      const std::set<std::int32_t>& hidden)>
+      without;
 
   [[nodiscard]] std::uint32_t triangles_at(int level) const {
     if (triangles.empty()) return 0;

@@ -109,8 +109,12 @@ bool is_own_host(const std::string& host, const std::string& address, std::uint1
 class Server::Implementation {
  public:
   Implementation(const ServerOptions& options, PageFiles page, Scene& scene,
-                 std::function<void(const std::string&)> on_message)
-      : address_(options.address), page_(std::move(page)), scene_(scene), on_message_(std::move(on_message)) {
+                 std::function<void(const std::string&)> on_message, Sections sections)
+      : address_(options.address),
+        page_(std::move(page)),
+        scene_(scene),
+        on_message_(std::move(on_message)),
+        sections_(std::move(sections)) {
     open(options);
     accept();
     thread_ = std::thread([this] { context_.run(); });
@@ -148,6 +152,7 @@ class Server::Implementation {
   PageFiles page_;
   Scene& scene_;
   std::function<void(const std::string&)> on_message_;
+  Sections sections_;
   std::set<Page*> open_;  // of the server's thread
   Levels levels_;         // likewise
   std::atomic<unsigned> pages_ = 0, visits_ = 0, connections_ = 0;
@@ -188,7 +193,9 @@ void Server::Implementation::open(const ServerOptions& options) {
 class Server::Implementation::Page : public std::enable_shared_from_this<Page> {
  public:
   Page(Implementation& server, beast::tcp_stream stream, bool tells_gaze)
-      : server_(server), socket_(std::move(stream)), reader_(server.scene_, server.levels_, tells_gaze) {
+      : server_(server),
+        socket_(std::move(stream)),
+        reader_(server.scene_, server.levels_, tells_gaze, Reader::enough_bytes, server.sections_) {
     server_.open_.insert(this);
     ++server_.pages_;
     ++server_.visits_;
@@ -358,9 +365,9 @@ Response Server::Implementation::answer_to(const Request& request) const {
 }
 
 Server::Server(const ServerOptions& options, PageFiles page, Scene& scene,
-               std::function<void(const std::string&)> on_message)
-    : implementation_(
-          std::make_unique<Implementation>(options, std::move(page), scene, std::move(on_message))) {}
+               std::function<void(const std::string&)> on_message, Sections sections)
+    : implementation_(std::make_unique<Implementation>(options, std::move(page), scene, std::move(on_message),
+                                                       std::move(sections))) {}
 
 Server::~Server() = default;
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "serving/reader.hpp"
 #include "serving/scene.hpp"
 
 namespace bsp2::api {
@@ -33,9 +34,10 @@ class Server {
  public:
   /// @param page its files. @param scene must outlive the server.
   /// @param on_message what a page says, short text, on the server's thread.
+  /// @param sections makes what pages see cut open, on the server's thread; without it they get none.
   /// @throws bsp2::Error if the address cannot be listened to.
   Server(const ServerOptions& options, PageFiles page, Scene& scene,
-         std::function<void(const std::string& text)> on_message);
+         std::function<void(const std::string& text)> on_message, Sections sections = {});
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

@@ -123,6 +123,13 @@ Detail detail_of(const Received& from) {
   count_triangles(from, extent > 0 ? std::ilogb(extent) : detail.finest, detail);
   count_voxels(from, detail);
   detail.coarser = coarser;
+  if (is_piece) return detail;
+  detail.parts = parts_in(from);
+  detail.without = [](const std::string& bytes, const std::set<std::int32_t>& hidden) {
+    std::string left = without_parts(bytes, hidden);
+    auto of_left = std::make_shared<const Detail>(detail_of(Received(left)));
+    return std::pair(std::move(left), std::shared_ptr<const Detail>(std::move(of_left)));
+  };
   return detail;
 }
 

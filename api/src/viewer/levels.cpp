@@ -9,6 +9,7 @@
 #include <unordered_set>
 
 #include "viewer/message.hpp"
+#include "viewer/packing.hpp"
 #include "viewer/received.hpp"
 #include "viewer/voxels.hpp"
 
@@ -38,8 +39,10 @@ class CoarseVertices {
  public:
   CoarseVertices(const Received& from, int level) : step_(std::exp2(level)) {
     const Numbers places = from.whole("positions");
-    if (from.has("parts")) old_parts_ = from.whole("parts");
-    if (from.has("tints")) old_tints_ = from.whole("tints");
+    has_parts_ = from.has("parts");
+    has_tints_ = from.has("tints");
+    if (has_parts_) old_parts_ = from.whole("parts");
+    if (has_tints_) old_tints_ = from.whole("tints");
     const double step = from.header()["step"];
     for (std::size_t i = 0; i < 3; ++i) {
       old_origin_[i] = from.header()["origin"][i];
@@ -67,13 +70,14 @@ class CoarseVertices {
     message["origin"] = origin_;
     message["step"] = step_;
     message.add("positions", positions, 3);
-    if (!old_parts_.empty()) message.add("parts", parts);
-    if (!old_tints_.empty()) message.add("tints", tints);
+    if (has_parts_) message.add("parts", parts);  // also where nothing is left
+    if (has_tints_) message.add("tints", tints);
   }
 
  private:
   static constexpr std::uint32_t unused = 0xffffffffU;
   double step_;
+  bool has_parts_ = false, has_tints_ = false;
   Point origin_{}, old_origin_{};
   Numbers old_parts_, old_tints_, of_;
   std::vector<std::uint16_t> places_, parts_, tints_;
@@ -120,10 +124,14 @@ class Left {
   std::size_t of_in_;  // cells that are IN come first
 };
 
-Left left_of(const Received& from, const CoarseVertices& vertices) {
+/// @param is_kept asks whether one of the opaque triangles is, by a vertex of it.
+template <class IsKept>
+Left left_of(const Received& from, const CoarseVertices& vertices, const IsKept& is_kept) {
   const Numbers triangles = from.whole("triangles"), owners = from.owners();
+  const std::size_t opaque = from.is_piece() ? owners.size() : from.header()["opaque"].get<std::size_t>();
   Left left(from);
   for (std::size_t i = 0; i < owners.size(); ++i) {
+    if (i < opaque && !is_kept(triangles[3 * i])) continue;
     const std::uint32_t a = vertices[triangles[3 * i]], b = vertices[triangles[3 * i + 1]],
                         c = vertices[triangles[3 * i + 2]];
     if (a != b && b != c && c != a) left.add({a, b, c}, owners[i]);
@@ -188,7 +196,7 @@ std::string on_lattice(const Received& from, int level) {
   Left left(from);
   Numbers edges;
   if (level != Detail::nothing) {
-    left = left_of(from, vertices);
+    left = left_of(from, vertices, [](std::uint32_t) { return true; });
     edges = edges_left(from, vertices);
   }
   vertices.write(message, left.triangles, edges);
@@ -266,6 +274,32 @@ std::string of_voxels(const Received& from, int edge_exponent) {
 }
 
 }  // namespace
+
+std::int32_t part_named(std::uint32_t number) {
+  return number == no_number ? -1 : static_cast<std::int32_t>(number);
+}
+
+std::vector<std::int32_t> parts_in(const Received& from) {
+  if (!from.has("parts")) return {};
+  const Numbers parts = from.whole("parts"), corners = from.whole("triangles");
+  std::set<std::int32_t> all;
+  const std::size_t opaque = from.header()["opaque"];
+  for (std::size_t i = 0; i < 3 * opaque; i += 3) all.insert(part_named(parts[corners[i]]));
+  return {all.begin(), all.end()};
+}
+
+std::string without_parts(const std::string& bytes, const std::set<std::int32_t>& parts) {
+  const Received from(bytes);
+  const Numbers part_of = from.whole("parts");
+  Message message = begun(from.header());
+  const CoarseVertices vertices(from, std::ilogb(from.header()["step"].get<double>()));
+  Left left = left_of(from, vertices,
+                      [&](std::uint32_t vertex) { return !parts.contains(part_named(part_of[vertex])); });
+  Numbers no_edges;
+  vertices.write(message, left.triangles, no_edges);
+  add_left(message, from, left);
+  return message.bytes();
+}
 
 std::vector<Voxels> voxels_of(const Received& from, std::optional<int> edge_exponent) {
   const Numbers places = from.whole("positions"), corners = from.whole("triangles"), owners = from.owners();

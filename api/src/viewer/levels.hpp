@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,15 @@ namespace bsp2::api {
 /// @param level at least that of the lattice, or one of voxels from the finest one on; Detail::nothing: no
 /// triangles.
 std::string coarser(const std::string& bytes, int level);
+
+/// A part as the page names it, of its number in a message.
+std::int32_t part_named(std::uint32_t number);
+
+/// The parts of what is opaque in a region message, ascending; -1: of no part.
+std::vector<std::int32_t> parts_in(const Received& from);
+
+/// A region message at its own level, but for what is opaque of some parts.
+std::string without_parts(const std::string& bytes, const std::set<std::int32_t>& parts);
 
 /// The voxels of a message: of what is opaque, and of what is not.
 /// @param exponent of their edge, in steps of the message's places; else as small as they are worth counting.

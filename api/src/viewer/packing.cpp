@@ -131,7 +131,7 @@ class CellTriangles {
   CellTriangles(const std::vector<std::shared_ptr<const CellBatch>>& batches, const Looks& looks)
       : batches_(batches),
         looks_(looks),
-        hidden_(mesh_of(batches), Label::in),
+        hidden_(mesh_of(batches), Label::in, true),
         hidden_fuzzy_(mesh_of(batches), Label::fuzzy) {}
 
   void add(Label label) {

@@ -15,6 +15,7 @@
 #include "bsp2/geometry/support/module.hpp"
 #include "viewer/levels.hpp"
 #include "viewer/message.hpp"
+#include "viewer/sections.hpp"
 
 namespace bsp2::api {
 namespace {
@@ -147,8 +148,9 @@ PageFiles load_page() {
 Viewer::Viewer(const ViewerOptions& command, bool serves) : command_(command) {
   camera_ = command.eye;
   if (!serves) return;
-  server_ = std::make_unique<Server>(ServerOptions{command.address, command.port}, load_page(), scene_,
-                                     [this](const std::string& text) { hear(text); });
+  server_ = std::make_unique<Server>(
+      ServerOptions{command.address, command.port}, load_page(), scene_,
+      [this](const std::string& text) { hear(text); }, section_of);
   packer_ = std::thread([this] { pack_again_and_again(); });
 }
 

@@ -172,12 +172,13 @@ Options of_viewer(Options options) {
 
 /// What a run has to find to be shown, and soon: there is nothing to be seen before all regions are cut, and
 /// a picture has them all.
-supersteps::RunOptions shown(supersteps::RunOptions run, int ranks) {
+supersteps::RunOptions shown(supersteps::RunOptions run, const ViewerOptions& viewer, int ranks) {
   constexpr unsigned regions_of_a_rank = 128;
   run.most_regions = regions_of_a_rank * std::bit_floor(static_cast<unsigned>(ranks));
   run.collect_cells = true;
   run.can_be_asked = run.finds_rounds = false;
   run.boundary = run.faces = run.keep_in;
+  run.eye = viewer.eye;  // so it has as many numbers as the model has dimensions; steps have those of pages
   return run;
 }
 
@@ -190,7 +191,7 @@ void view(const std::filesystem::path& file, const ViewerOptions& viewer, const 
           const Ranks& ranks) {
   guarded([&] {
     supersteps::RunOptions run =
-        api::shown(run_options(api::of_viewer(options)), ranks.implementation()->ranks.count());
+        api::shown(run_options(api::of_viewer(options)), viewer, ranks.implementation()->ranks.count());
     if (api::is_readable_snapshot(file, ranks.implementation()->ranks)) {
       run.resume = file;
       run.steps = 0;  // nothing is computed, only shown as it is
@@ -206,7 +207,7 @@ void view(const Expression& expression, const ViewerOptions& viewer, const Optio
   guarded([&] {
     std::vector<std::string> warnings;
     supersteps::RunOptions run = api::shown(run_options(expression, api::of_viewer(options), warnings),
-                                            ranks.implementation()->ranks.count());
+                                            viewer, ranks.implementation()->ranks.count());
     const std::string name = run.model.filename().string();
     api::serve(
         {std::move(run), name, std::nullopt, viewer, options, *ranks.implementation(), std::move(warnings)});

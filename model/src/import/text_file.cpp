@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <memory>
+#include <string_view>
 #include <system_error>
 
 #include "bsp2/geometry/support/error.hpp"
@@ -28,6 +29,12 @@ void check_beginning_of_model(const std::string& text, const std::string& name) 
     throw Error(name +
                 ": is a snapshot, not a model; 'bsp2 info' tells what it holds, 'bsp2 resume' goes on with "
                 "it, 'bsp2 export' writes its mesh");
+  constexpr std::string_view signature("\x89HDF\r\n\x1a\n", 8);
+  std::size_t alike = 0;
+  for (std::size_t i = 0; i < std::min(signature.size(), text.size()); ++i)
+    alike += text[i] == signature[i] ? 1 : 0;
+  if (alike >= signature.size() / 2)  // no text has so many of these bytes there
+    throw Error(name + ": is no model; it looks like a snapshot whose first bytes are damaged");
   const bool is_utf16 = text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF");  // the reader says so
   if (const std::size_t zero = text.find('\0');
       text.size() >= chunk && zero != std::string::npos && !is_utf16)

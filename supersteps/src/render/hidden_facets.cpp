@@ -15,9 +15,15 @@ std::uint64_t mixed(std::uint64_t h) {
   return h ^ (h >> 32);
 }
 
+std::uint8_t side_of(const CellBatch& batch, std::size_t facet) {
+  return batch.facet_hyperplane[facet] < 0 ? 2 : 1;
+}
+
+}  // namespace
+
 /// Equal for the facets of two cells that are the same polygon, whatever corner they begin with and whichever
 /// way they go.
-std::uint64_t name_of(const CellBatch& batch, std::size_t cell, std::size_t facet) {
+std::uint64_t HiddenFacets::name_of(const CellBatch& batch, std::size_t cell, std::size_t facet) const {
   const std::int32_t plane = batch.facet_hyperplane[facet];
   std::uint64_t name = mixed((std::uint64_t{batch.region[cell]} << 32) +
                              static_cast<std::uint32_t>(plane < 0 ? ~plane : plane));
@@ -28,16 +34,11 @@ std::uint64_t name_of(const CellBatch& batch, std::size_t cell, std::size_t face
       corner = mixed(corner + std::bit_cast<std::uint64_t>(points[3 * v + axis] + 0.0));  // -0 is 0
     name += corner;
   }
-  return name;
+  return by_part_ ? mixed(name + static_cast<std::uint32_t>(batch.part[cell])) : name;
 }
 
-std::uint8_t side_of(const CellBatch& batch, std::size_t facet) {
-  return batch.facet_hyperplane[facet] < 0 ? 2 : 1;
-}
-
-}  // namespace
-
-HiddenFacets::HiddenFacets(const SolidMesh& mesh, geometry::Label label) : label_(label) {
+HiddenFacets::HiddenFacets(const SolidMesh& mesh, geometry::Label label, bool by_part)
+    : label_(label), by_part_(by_part) {
   if (mesh.dimension != 3) return;
   for (const auto& batch : mesh.batches)
     for (std::size_t cell = 0; cell < batch->size(); ++cell) {

@@ -480,6 +480,11 @@ TEST(ViewCommand, TellsModelsFromSnapshotsAndSteps) {
   EXPECT_FALSE(steered.options.budget);
   EXPECT_EQ(steered.viewer->eye, (std::vector<double>{1, 2, 3}));
   EXPECT_FALSE(parsed({"run", model}).viewer);
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"draw", snapshot, "-o", "a.svg"},
+                                                  {"render", snapshot, "-o", "a.png"},
+                                                  {"mesh", snapshot, "-o", "a.msh"}})
+    EXPECT_EQ(parsed(command).resume, snapshot) << command[0];
+  EXPECT_FALSE(parsed({"draw", model, "-o", "a.svg"}).resume);
 }
 
 /// Once the surface is there nobody has to wait, and the link was told before.
@@ -504,6 +509,25 @@ TEST(View, ShowsAnExpressionAndTheSurfaceOfIt) {
   EXPECT_DOUBLE_EQ(found.in_volume, 59);
   ASSERT_TRUE(found.boundary);
   EXPECT_DOUBLE_EQ(found.boundary->area, 94 + 6);
+}
+
+TEST(View, SaysThatAnEyeIsOfOtherDimensionsThanTheModel) {
+  try {
+    load_page();
+  } catch (const Error& error) {
+    GTEST_SKIP() << error.what();
+  }
+  for (const std::vector<double>& eye : {std::vector<double>{1, 2}, {1, 2, 3}}) {
+    const bool is_right = eye.size() == 3;
+    std::string said;
+    bool is_over = false;
+    const ViewerOptions viewer{.eye = eye,
+                               .evaluated = [&](const Figures&) { is_over = true; },
+                               .failed = [&](const Error& error) { said = error.what(); }};
+    const Options options{.threads = 1, .stop = [&] { return is_over || !said.empty(); }};
+    view(cuboid({3, 4, 5}), viewer, options);
+    EXPECT_EQ(said, is_right ? "" : "the eye has 2 coordinates, the model has 3 dimensions");
+  }
 }
 
 TEST(ViewCommand, RefusesWhatMakesNoSense) {

@@ -14,11 +14,17 @@ namespace bsp2::supersteps {
 /// the inner facets of a solid are of that kind: vector pictures need not have them.
 class HiddenFacets {
  public:
-  explicit HiddenFacets(const SolidMesh& mesh, geometry::Label label = geometry::Label::in);
+  /// @param by_part only those behind which there is the same part: others are seen where one is hidden.
+  explicit HiddenFacets(const SolidMesh& mesh, geometry::Label label = geometry::Label::in,
+                        bool by_part = false);
   [[nodiscard]] bool contains(const geometry::CellBatch& batch, std::size_t cell, std::size_t facet) const;
 
  private:
   geometry::Label label_;
+  bool by_part_;
+
+  [[nodiscard]] std::uint64_t name_of(const geometry::CellBatch& batch, std::size_t cell,
+                                      std::size_t facet) const;
   std::unordered_map<std::uint64_t, std::uint8_t> sides_;  // 1: negative, 2: positive
 };
 
