@@ -31,8 +31,16 @@ std::uint32_t packed(const Colour& colour) {
   return result;
 }
 
+/// What each byte is of the largest one: to divide takes longer than to look it up.
+const std::array<double, 256> share_of_byte = [] {
+  std::array<double, 256> shares{};
+  for (std::size_t i = 0; i < shares.size(); ++i) shares[i] = static_cast<double>(i) / 255.0;
+  return shares;
+}();
+
 Colour unpacked(std::uint32_t colour) {
-  return {(colour >> 16 & 0xff) / 255.0, (colour >> 8 & 0xff) / 255.0, (colour & 0xff) / 255.0};
+  return {share_of_byte[colour >> 16 & 0xff], share_of_byte[colour >> 8 & 0xff],
+          share_of_byte[colour & 0xff]};
 }
 
 /// The first of `count` samples, or rows, at a place or behind it.
@@ -312,8 +320,9 @@ void Canvas::light_pixel(int x, int y, const Lighting& lighting) {
   int on_edges = 0;
   for (int i = 0; i < samples; ++i) {
     std::copy_n(row(first_row + i) + std::ptrdiff_t{samples} * x, samples, facets.begin() + samples * i);
-    for (int k = 0; has_edges_ && k < samples; ++k)
-      on_edges += memory_.on_edge[index_of_sample(samples * x + k, first_row + i)];
+    if (!has_edges_) continue;
+    const std::uint8_t* on_edge = memory_.on_edge.data() + index_of_sample(samples * x, first_row + i);
+    for (int k = 0; k < samples; ++k) on_edges += on_edge[k];
   }
   const bool is_uniform = std::equal(facets.begin() + 1, facets.end(), facets.begin());
   if (is_uniform && facets[0] == 0 && on_edges == 0) return;

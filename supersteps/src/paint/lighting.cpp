@@ -6,10 +6,15 @@
 
 namespace bsp2::supersteps {
 
+namespace {
+
+// The second light is for what is turned away from the first one.
+const Vector first_light = normalized({-0.5, 0.6, 0.7}), from_beside = normalized({0.9, 0.1, 0.4});
+
+}  // namespace
+
 double brightness(const Vector& normal) {
-  // The second light is for what is turned away from the first one.
-  static const Vector light = normalized({-0.5, 0.6, 0.7}), from_beside = normalized({0.9, 0.1, 0.4});
-  return 0.5 + 0.1 * normal[1] + 0.48 * std::max(0.0, dot(normal, light)) +
+  return 0.5 + 0.1 * normal[1] + 0.48 * std::max(0.0, dot(normal, first_light)) +
          0.18 * std::max(0.0, dot(normal, from_beside));
 }
 

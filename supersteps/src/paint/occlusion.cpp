@@ -24,6 +24,8 @@ Occlusion::Occlusion(const Lighting& lighting, int width, int height, std::vecto
       smoothed_(knots_.size()),
       row_(static_cast<std::size_t>(width)) {
   seen_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(kept_pixels_));
+  for (int y = 0; y < height; ++y)
+    start_.push_back(static_cast<std::size_t>(y % kept_pixels_) * static_cast<std::size_t>(width));
   for (int turn = 0; turn < pattern * pattern; ++turn)
     for (int i = 0; i < taps; ++i) {
       const double angle = 2.399963229728653 * i + 1.7 * turn * (2 * std::numbers::pi / taps);

@@ -61,10 +61,10 @@ class Occlusion {
   std::vector<Knot> knots_;
   std::vector<float> dark_, smoothed_;
   std::vector<std::uint8_t> row_;
+  std::vector<std::size_t> start_;  // where each row of pixels begins among those that are kept
 
   [[nodiscard]] std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y % kept_pixels_) * static_cast<std::size_t>(width_) +
-           static_cast<std::size_t>(x);
+    return start_[static_cast<std::size_t>(y)] + static_cast<std::size_t>(x);
   }
   [[nodiscard]] std::size_t index_of_knot(int column, int row) const {
     return static_cast<std::size_t>(row % kept * columns_ + column);

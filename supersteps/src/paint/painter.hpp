@@ -63,14 +63,23 @@ class Painter {
       points_.push_back(camera_.see(sum(point_of(batch, cell, v), shift)));
       is_before_eye = is_before_eye && camera_.is_before_eye(points_.back());
     }
-    if (is_before_eye && is_covered()) return;
+    if (is_before_eye && is_covered()) return;  // else all corners have their places now
     Ink of_cell = ink;
     if (ink.round.body >= 0) of_cell.round.side = side_of_skin(batch, cell, ink.round);
     for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
       if (hidden_ && hidden_->contains(batch, cell, f)) continue;
       seen_.clear();
       for (const std::uint16_t v : batch.vertices_of_facet(f)) seen_.push_back(points_[v]);
-      fill_if_front(of_facet(of_cell, batch, f));
+      const Vector normal = normal_of(seen_);
+      if (!camera_.shows_front(normal, seen_[0])) continue;
+      const Ink of_this = in_plane(of_facet(of_cell, batch, f), normal);
+      if (!is_before_eye) {
+        fill(of_this);
+        continue;
+      }
+      placed_.clear();
+      for (const std::uint16_t v : batch.vertices_of_facet(f)) placed_.push_back(places_[v]);
+      target_.fill(placed_, of_this);
     }
   }
 
@@ -102,12 +111,15 @@ class Painter {
     return side;
   }
 
-  /// Whether all of the cell, before the eye, is behind what has been drawn.
-  [[nodiscard]] bool is_covered() const {
+  /// Finds the places of the corners of a cell that is before the eye. @return whether all of it is behind
+  /// what has been drawn.
+  [[nodiscard]] bool is_covered() {
     Point2 low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()},
         high{-low[0], -low[1]};
+    places_.clear();
     for (const Vector& point : points_) {
       const Point2 at = frame_.place(camera_.project(point));
+      places_.push_back(at);
       for (std::size_t k = 0; k < 2; ++k) {
         low[k] = std::min(low[k], at[k]);
         high[k] = std::max(high[k], at[k]);
@@ -212,7 +224,7 @@ class Painter {
   Inks inks_;
   std::optional<HiddenFacets> hidden_;  // of vector pictures
   std::vector<Vector> points_, seen_;
-  std::vector<Point2> placed_;
+  std::vector<Point2> places_, placed_;
 };
 
 }  // namespace bsp2::supersteps

@@ -146,32 +146,6 @@ RoundPlace RoundFaces::of(geometry::HyperplaneId hyperplane) const {
   return {after->body, 0};
 }
 
-/// A covector: the map takes it into the model by its transpose.
-std::optional<Vector> RoundFaces::frame_normal(const Body& body, std::uint32_t number, const Vector& q) {
-  if (body.kind == Kind::ball) return q;
-  const double radius = std::sqrt(q[0] * q[0] + q[1] * q[1]);
-  if (body.kind == Kind::torus) {
-    if (!(radius > 0)) return std::nullopt;
-    return Vector{q[0] * (radius - 1) / radius, q[1] * (radius - 1) / radius, q[2]};
-  }
-  if (number >= body.segments.size()) return std::nullopt;
-  const Segment& segment = body.segments[number];
-  const Point2 &a = segment.ends[0], &b = segment.ends[1], way{b[0] - a[0], b[1] - a[1]};
-  const bool is_level = way[1] == 0;
-  const double t = is_level ? (radius - a[0]) / way[0] : (q[2] - a[1]) / way[1];
-  if (!is_level) {  // other facets of the same hyperplane are elsewhere
-    constexpr double slack = 1e-6;
-    const double around = a[0] + t * way[0], most = (1 + slack) * around + slack;
-    if (body.inner < 1 && (radius > most || radius < (body.inner - slack) * around - slack))
-      return std::nullopt;
-  }
-  const double s = std::clamp(t, 0.0, 1.0);
-  const Point2 &n = segment.normals[0], &m = segment.normals[1];
-  const Point2 normal{n[0] + s * (m[0] - n[0]), n[1] + s * (m[1] - n[1])};
-  if (!(radius > 0)) return Vector{0, 0, normal[1]};
-  return Vector{q[0] / radius * normal[0], q[1] / radius * normal[0], normal[1]};
-}
-
 std::vector<RoundFaces::Placement> RoundFaces::seen(const Camera& camera) const {
   std::vector<Placement> result;
   result.reserve(bodies_.size());
@@ -181,22 +155,6 @@ std::vector<RoundFaces::Placement> RoundFaces::seen(const Camera& camera) const 
     for (std::size_t i = 0; i < 3; ++i) seen.to_frame[i] = camera.turn(body.placement.to_frame[i]);
   }
   return result;
-}
-
-Vector RoundFaces::normal(const RoundPlace& place, const Placement& placement, const Vector& point,
-                          const Vector& of_facet) const {
-  const auto& [x, y, z] = placement.to_frame;
-  const Vector way = difference(point, placement.origin);
-  const auto n = frame_normal(bodies_[static_cast<std::size_t>(place.body)], place.segment,
-                              {dot(x, way), dot(y, way), dot(z, way)});
-  if (!n) return of_facet;
-  Vector normal;
-  for (std::size_t k = 0; k < 3; ++k) normal[k] = (*n)[0] * x[k] + (*n)[1] * y[k] + (*n)[2] * z[k];
-  const double squared = dot(normal, normal);
-  if (!(squared > 0)) return of_facet;
-  const bool is_turned = place.side != 0 ? place.side < 0 : dot(normal, of_facet) < 0;
-  const double scale = (is_turned ? -1 : 1) / std::sqrt(squared);
-  return {scale * normal[0], scale * normal[1], scale * normal[2]};
 }
 
 double RoundFaces::distance(std::int32_t number, const Vector& point) const {

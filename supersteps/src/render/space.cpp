@@ -9,12 +9,6 @@ namespace bsp2::supersteps {
 using geometry::BspTree;
 using geometry::CellBatch;
 
-Vector point_of(const CellBatch& batch, std::size_t cell, std::size_t vertex) {
-  const auto d = static_cast<std::size_t>(batch.dimension);
-  const double* const p = batch.cell_points(cell).data() + vertex * d;
-  return {p[0], p[1], d == 3 ? p[2] : 0};  // solids of two dimensions and three are drawn
-}
-
 Box3 bounds_of(const SolidMesh& mesh) {
   Box3 box;
   for (const auto& batch : mesh.batches)

@@ -10,7 +10,11 @@
 namespace bsp2::supersteps {
 
 /// The point of a cell in model space; of a plane cell at z = 0.
-Vector point_of(const geometry::CellBatch& batch, std::size_t cell, std::size_t vertex);
+inline Vector point_of(const geometry::CellBatch& batch, std::size_t cell, std::size_t vertex) {
+  const auto d = static_cast<std::size_t>(batch.dimension);
+  const double* const p = batch.cell_points(cell).data() + vertex * d;
+  return {p[0], p[1], d == 3 ? p[2] : 0};  // solids of two dimensions and three are drawn
+}
 
 inline bool is_drawn(const geometry::CellBatch& batch, std::size_t cell) {
   return batch.label[cell] != geometry::Label::out;
