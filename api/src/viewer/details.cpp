@@ -49,10 +49,11 @@ Numbers things_of(std::size_t vertices, const Numbers& corners) {
 }
 
 /// Counts triangles that do not collapse at levels from that of a message to a last one, and finds the last
-/// level at which each thing still has some. One that does collapse is taken to stay so.
+/// level at which each thing still has some. There, one that does collapse is taken to stay so.
 void count_triangles(const Received& from, int last, Detail& detail) {
   const Numbers places = from.whole("positions");
-  Numbers corners = from.whole("triangles");
+  const Numbers all_corners = from.whole("triangles");
+  Numbers corners = all_corners;
   const int finest = from.header()["finest"];
   const double step = from.header()["step"];
   const Point origin = from.header()["origin"];
@@ -77,15 +78,21 @@ void count_triangles(const Received& from, int last, Detail& detail) {
     const auto are_one = [&](std::uint32_t a, std::uint32_t b) {
       return std::equal(&coarse[3 * a], &coarse[3 * a] + 3, &coarse[3 * b]);
     };
+    const auto has_collapsed = [&](const std::array<std::uint32_t, 3>& triangle) {
+      const auto& [a, b, c] = triangle;
+      return are_one(a, b) || are_one(b, c) || are_one(c, a);
+    };
+    std::uint32_t count = 0;
+    for (std::size_t at = 0; at < all_corners.size(); at += 3)
+      if (!has_collapsed({all_corners[at], all_corners[at + 1], all_corners[at + 2]})) ++count;
+    counts.push_back(count);
     std::size_t left = 0;
     for (std::size_t at = 0; at < corners.size(); at += 3) {
       const std::array<std::uint32_t, 3> triangle{corners[at], corners[at + 1], corners[at + 2]};
-      const auto& [a, b, c] = triangle;
-      if (are_one(a, b) || are_one(b, c) || are_one(c, a)) continue;
+      if (has_collapsed(triangle)) continue;
       for (const std::uint32_t corner : triangle) corners[left++] = corner;
     }
     corners.resize(left);
-    counts.push_back(static_cast<std::uint32_t>(left / 3));
     if (detail.whole == level - 1 && count_things() == all_things) detail.whole = level;
   }
   detail.triangles = std::move(counts);
