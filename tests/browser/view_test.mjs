@@ -228,6 +228,12 @@ try {
     assert.equal(await other.evaluate(() => bsp2.progress.state), 'finished');
     assert.deepEqual(other.faults, []);
     await other.context().close();
+    const odd = await open(`${page.url().split('#')[0]}#eye=1e308,0,0&at=0,0,0&hide=a.0.5&z=9e9&explode=-5&shade=none`);
+    await finished(odd);
+    await satisfied(odd);
+    assert.ok((await covered(odd)).count > 0, 'an address that makes no sense');
+    assert.deepEqual(odd.faults, []);
+    await odd.context().close();
     await page.click('#clip-z');
     await page.click('#showall');
   });

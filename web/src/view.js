@@ -329,7 +329,7 @@ function remember() {
 
 function recall() {
   const state = new URLSearchParams(location.hash.slice(1));
-  const vector = (name) => { const x = (state.get(name) ?? '').split(',').map(Number); return x.length === 3 && x.every(Number.isFinite) ? x : null; };
+  const vector = (name) => { const x = (state.get(name) ?? '').split(',').map(Number); return x.length === 3 && x.every((c) => Math.abs(c) < 1e15) ? x : null; }; // beyond that products are no numbers
   const look = { shade: 'colour', what: 'auto', explode: 0, parallel: false, wire: true, mesh: false, fuzzy: true };
   if ([...$('shade').options].some(({ value }) => value === state.get('shade'))) look.shade = state.get('shade');
   if (state.get('show') === 'cells') look.what = 'cells';
@@ -342,7 +342,7 @@ function recall() {
     clip.at = Math.min(1, Math.max(0, parseFloat(text) || 0));
     clip.flip = text.endsWith('-');
   }
-  stage.hidden = new Set((state.get('hide') ?? '').split('.').filter((x) => x !== '').map(Number));
+  stage.hidden = new Set((state.get('hide') ?? '').split('.').filter((x) => x !== '').map(Number).filter(Number.isInteger));
   theme = ['dark', 'light'].includes(state.get('theme')) ? state.get('theme') : null;
   document.body.classList.toggle('closed', state.has('panel') ? state.get('panel') === '0' : innerWidth <= 720);
   $('shade').value = look.shade;
