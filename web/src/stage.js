@@ -132,7 +132,7 @@ export class Stage {
   /** What a plane cuts open: it replaces what it did before. */
   receiveSection(message) {
     this.sections[message.axis]?.mesh?.geometry.dispose();
-    this.sections[message.axis] = { message, mesh: null, looks: -1 };
+    this.sections[message.axis] = { message, mesh: null, looks: '' };
   }
 
   receiveModel(message) {
@@ -458,10 +458,11 @@ export class Stage {
     const section = this.sections[axis], { place } = this.clips[axis];
     if (!section || section.message.run !== this.run || section.message.at !== place || section.message.explode !== this.look.explode) return null;
     if (section.message.surface !== this.showsSurface || [...this.regions.keys()].some((number) => typeof number === 'string')) return null;
-    if (section.looks !== this.looks) {
+    const looks = [this.looks, this.regions.size, this.pieces.size].join(); // of regions that have not come nothing is filled
+    if (section.looks !== looks) {
       section.mesh?.geometry.dispose();
       section.mesh = this.filled(section.message);
-      section.looks = this.looks;
+      section.looks = looks;
     }
     return section.mesh;
   }
