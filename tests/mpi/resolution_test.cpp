@@ -3,14 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <numeric>
 #include <random>
+#include <string>
 #include <tuple>
 
 #include "bsp2/supersteps/loop/run.hpp"
 #include "loop/progress.hpp"
 #include "ranks/exchange.hpp"
+#include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::supersteps {
@@ -70,6 +73,17 @@ void expect_same(const RunResult& a, const RunResult& b) {
   EXPECT_TRUE(a.boundary->points == b.boundary->points);
   EXPECT_TRUE(a.boundary->triangles == b.boundary->triangles);
   EXPECT_TRUE(a.boundary->owner == b.boundary->owner);
+}
+
+/// A model of this text in the master's folder, by the same name on all ranks. Collective.
+std::string model_in(const samples::TemporaryFolder& folder, const std::string& text) {
+  std::string name = folder.path() / "model.csg";
+  Ranks ranks = Ranks::launched();
+  ranks.together([&] {
+    if (ranks.is_master()) std::ofstream(name) << text;
+    broadcast(ranks, name);
+  });
+  return name;
 }
 
 /// Runs on all ranks. @return the master's result, with the contacts of all ranks; nothing elsewhere.
@@ -162,6 +176,79 @@ TEST(Resolution, FindsTheSameSurfaceWithoutCells) {
     if (model.filename() == "spheres.csg") {
       EXPECT_FALSE(result->report.has_cells);
     }
+  }
+}
+
+/// Boxes, some on a grid, prisms and balls, of which some are left out of the others.
+std::string random_solids(std::mt19937_64& random) {
+  const auto number = [&](double low, double high) {
+    return std::to_string(std::uniform_real_distribution<double>(low, high)(random));
+  };
+  const auto whole = [&](int low, int high) {
+    return std::to_string(std::uniform_int_distribution<int>(low, high)(random));
+  };
+  const auto solid = [&] {
+    const auto kind = random() % 4;
+    std::string text = "multmatrix([[1,0," + (kind > 1 ? number(-0.3, 0.3) : "0") + "," +
+                       (kind == 0 ? whole(0, 9) : number(0, 10)) + "],[" +
+                       (kind > 1 ? number(-0.3, 0.3) : "0") + ",1,0," +
+                       (kind == 0 ? whole(0, 6) : number(0, 7)) + "],[0,0,1," +
+                       (kind == 0 ? whole(0, 4) : number(0, 5)) + "],[0,0,0,1]]) ";
+    if (kind < 2) return text + "cube(size=[" + whole(1, 2) + "," + whole(1, 2) + "," + whole(1, 3) + "]);\n";
+    if (kind == 2) return text + "cylinder(h=2,r1=1,r2=0.7,$fn=" + whole(5, 12) + ");\n";
+    return text + "sphere(r=0.8,$fn=" + whole(8, 16) + ");\n";
+  };
+  std::string text = "difference() { union() {\n";
+  for (int i = 0; i < 100; ++i) text += solid();
+  text += "}\n";
+  for (int i = 0; i < 12; ++i) text += solid();
+  return text + "}\n";
+}
+
+/// Found with and without cells, put together by all ranks and threads: byte for byte that of one thread.
+TEST(Resolution, PutsTheSameSurfaceTogetherOnAnyRanksAndThreads) {
+  std::uint64_t seed = std::random_device()();
+  if (const char* given = std::getenv("BSP2_SEED")) seed = std::strtoull(given, nullptr, 10);
+  {
+    Ranks ranks = Ranks::launched();
+    ranks.together([&] { broadcast(ranks, seed); });
+  }
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937_64 random(seed);
+  std::size_t most_triangles = 0;
+  for (int round = 0; round < samples::rounds(3); ++round) {
+    const samples::TemporaryFolder folder;
+    RunOptions options;
+    options.model = model_in(folder, random_solids(random));
+    options.boundary = true;
+    std::optional<RunResult> one;
+    for (const unsigned threads : {1U, 2U})
+      for (const bool surface_only : {true, false}) {
+        SCOPED_TRACE(std::to_string(threads) +
+                     (surface_only ? " threads, without cells" : " threads, of cells"));
+        options.threads = threads;
+        options.surface_only = surface_only;
+        const auto result = together(options);
+        if (!result) continue;
+        if (!one) {
+          RunOptions of_one = options;
+          of_one.threads = 1;
+          of_one.surface_only = false;
+          of_one.regions = 1;
+          one = run(of_one);
+          most_triangles = std::max(most_triangles, one->boundary->triangles.size());
+        }
+        ASSERT_TRUE(result->boundary && result->report.boundary);
+        EXPECT_TRUE(result->boundary->is_closed());
+        EXPECT_TRUE(result->boundary->points == one->boundary->points);
+        EXPECT_TRUE(result->boundary->triangles == one->boundary->triangles);
+        EXPECT_TRUE(result->boundary->owner == one->boundary->owner);
+        EXPECT_EQ(result->report.boundary->digest, one->report.boundary->digest);
+        EXPECT_NE(result->report.has_cells, surface_only);
+      }
+  }
+  if (Ranks::launched().is_master()) {
+    EXPECT_GT(most_triangles, 2048U);  // several shares of work for threads
   }
 }
 
@@ -396,17 +483,6 @@ TEST(Run, CountsTheCellsOfAllRanksTogether) {
   EXPECT_GE(cells, 2900U);
   EXPECT_LE(cells, 4500U);
   EXPECT_GE(result->report.in_cells, 2500U);
-}
-
-/// A model of this text in the master's folder, by the same name on all ranks. Collective.
-std::string model_in(const samples::TemporaryFolder& folder, const std::string& text) {
-  std::string name = folder.path() / "model.csg";
-  Ranks ranks = Ranks::launched();
-  ranks.together([&] {
-    if (ranks.is_master()) std::ofstream(name) << text;
-    broadcast(ranks, name);
-  });
-  return name;
 }
 
 /// Round solids are not decided to the end: what is thin enough is left FUZZY, and counts.

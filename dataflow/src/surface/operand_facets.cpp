@@ -41,13 +41,15 @@ float above(double x) { return -below(-x); }
 
 }  // namespace
 
-OperandFacets::OperandFacets(Network<3>& network, unsigned threads, const std::atomic<bool>& stop) {
+OperandFacets::OperandFacets(Network<3>& network, unsigned threads, unsigned share, unsigned shares,
+                             const std::atomic<bool>& stop) {
   using Table = geometry::HyperplaneTable<3>;
   for (int axis = 0; axis < 3; ++axis)
     middle_[static_cast<std::size_t>(axis)] = network.table.axis_value(axis, Table::axis_steps / 2);
   slack_ = 0x1p-50 * network.table.radius();
   look_at_meshes(network, threads, stop);
   if (!are_sound_ || stop) return;
+  if (shares > 1) find_space(network, share, shares);
   // So many producers a thread takes at a time; their corners are a chunk.
   const std::size_t count = network.producers.size(), grain = count / (4 * std::max(1U, threads)) + 1,
                     chunks = (count + grain - 1) / grain;
@@ -66,7 +68,8 @@ OperandFacets::OperandFacets(Network<3>& network, unsigned threads, const std::a
       if (mesh_of[producer] != no_mesh) {
         bounds_[producer] = network.producers[producer];
         size = meshes_[mesh_of[producer]].surface->size();
-      } else if (polytope.load(network.producers[producer])) {
+      } else if (!bounds_of_space_.misses(network.producers[producer]) &&
+                 polytope.load(network.producers[producer])) {
         bounds_[producer] = bounds_of(polytope);
         add(polytope, network.table, static_cast<std::uint32_t>(chunk), facets[chunk]);
         size = static_cast<std::uint32_t>(facets[chunk].size() - before);
@@ -97,6 +100,19 @@ OperandFacets::OperandFacets(Network<3>& network, unsigned threads, const std::a
       if (bounds_[producer].lower[axis] < network.producers[producer].lower[axis] - margin ||
           bounds_[producer].upper[axis] > network.producers[producer].upper[axis] + margin)
         are_sound_ = false;
+}
+
+/// What is shared are operands, and of meshes facets.
+void OperandFacets::find_space(const Network<3>& network, unsigned share, unsigned shares) {
+  std::vector<SharedItem> items;
+  for (const Producer<3>& producer : network.producers)
+    if (producer.kind != ProducerKind::mesh && !producer.is_empty())
+      items.push_back({producer, static_cast<double>(producer.plane_count)});
+  for (const PlacedMesh& mesh : meshes_)
+    for (std::uint32_t number = 0; number < mesh.surface->size(); ++number)
+      items.push_back({mesh.surface->bounds_of(number), 1});
+  space_ = share_of_space(network, items, share, shares);
+  bounds_of_space_ = space_.bounds(network.table);
 }
 
 /// Several at a time are held against themselves; then planes are added in their order.

@@ -11,23 +11,29 @@
 #include "bsp2/geometry/surface/skin_builder.hpp"
 #include "surface/mesh_surface.hpp"
 #include "surface/polytope_facets.hpp"
+#include "surface/space_share.hpp"
 
 namespace bsp2::dataflow {
 
-/// The facets of all operands of a network, each by itself: convex polygons with exact corners. Once made,
-/// any number of threads may read it.
+/// The facets of the operands of a network that are in some part of space, each by itself: convex polygons
+/// with exact corners. Once made, any number of threads may read it.
 class OperandFacets {
  public:
   /// Adds hyperplanes to the network's table where it has meshes.
   /// @pre has_plain_facets(network).
+  /// @param share the part of space is that of one of so many who share it.
   /// @param stop somebody else ends the work by it: what is there then is not complete.
-  OperandFacets(Network<3>& network, unsigned threads, const std::atomic<bool>& stop);
+  OperandFacets(Network<3>& network, unsigned threads, unsigned share, unsigned shares,
+                const std::atomic<bool>& stop);
+
+  [[nodiscard]] const SpaceShare& space() const { return space_; }
 
   /// The facets of a producer are numbered [first(producer), first(producer + 1)).
   [[nodiscard]] std::uint32_t first(std::size_t producer) const { return first_[producer]; }
   [[nodiscard]] std::uint32_t size() const { return first_.back(); }
-  /// Bounds of what of a producer is in the model's space, for certain. Those of the producer itself are of
-  /// its own half-spaces, before those of others took the place of some.
+  /// Bounds of what of a producer is in the model's space, for certain; empty where nothing of it is in this
+  /// part. Those of the producer itself are of its own half-spaces, before those of others took the place of
+  /// some.
   [[nodiscard]] const Box<3>& bounds(std::size_t producer) const { return bounds_[producer]; }
   /// Whether the facets bound what cells find. Not so where half-spaces of others, in the place of a
   /// producer's own, let it reach beyond its own bounds, since cells do not look for it there; nor where
@@ -61,6 +67,15 @@ class OperandFacets {
     const auto k = static_cast<std::size_t>(axis);
     return middle_[k] + static_cast<double>(facets_[facet].high[k]);
   }
+  /// Whether it may reach into the part of space.
+  [[nodiscard]] bool is_in_space(std::uint32_t facet) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<std::size_t>(axis);
+      if (high(facet, axis) < bounds_of_space_.lower[k] || low(facet, axis) > bounds_of_space_.upper[k])
+        return false;
+    }
+    return true;
+  }
 
  private:
   enum class Kind : std::uint8_t { of_polytope, of_mesh };
@@ -71,6 +86,8 @@ class OperandFacets {
     Kind kind;
     std::array<float, 3> low, high;  ///< from the middle of the model's space: it may be far from the origin
   };
+  SpaceShare space_ = SpaceShare::whole();
+  Box<3> bounds_of_space_ = Box<3>::everything();
   std::array<double, 3> middle_{};    // of the model's space
   double slack_ = 0;                  // more than a sum or difference of its coordinates is rounded by
   std::vector<std::uint32_t> first_;  // of each producer, and the end
@@ -90,6 +107,7 @@ class OperandFacets {
   };
   std::vector<Chunk> chunks_;
 
+  void find_space(const Network<3>& network, unsigned share, unsigned shares);
   void look_at_meshes(Network<3>& network, unsigned threads, const std::atomic<bool>& stop);
   void set_bounds(const Box<3>& box, Facet& facet) const;
   void add(const PolytopeFacets& polytope, const geometry::HyperplaneTable<3>& table, std::uint32_t chunk,

@@ -28,7 +28,7 @@ constexpr std::uint32_t most_facets = 4096;
 /// What a region's pieces need stays in the processor's cache.
 constexpr std::size_t facets_of_region = 4096, least_regions = 16;
 
-/// Parts the model's space into about `count` regions, always the one with the most facets.
+/// Parts a share of space into about `count` regions, always the one with the most facets.
 std::vector<SurfaceBox> regions_of(SurfaceTracer& tracer, std::size_t count, const std::atomic<bool>& stop) {
   const auto has_less = [](const SurfaceBox& a, const SurfaceBox& b) {
     return a.facets.size() < b.facets.size();
@@ -53,21 +53,6 @@ std::vector<SurfaceBox> regions_of(SurfaceTracer& tracer, std::size_t count, con
   std::move(open.begin(), open.end(), std::back_inserter(done));
   std::erase_if(done, [](const SurfaceBox& box) { return box.program.empty(); });
   return done;
-}
-
-/// The largest region goes to the share with the fewest facets, and so on.
-std::vector<SurfaceBox> share_of(std::vector<SurfaceBox> regions, unsigned share, unsigned shares) {
-  std::stable_sort(regions.begin(), regions.end(), [](const SurfaceBox& a, const SurfaceBox& b) {
-    return a.facets.size() > b.facets.size();
-  });
-  std::vector<std::size_t> facets(std::max(1U, shares));
-  std::vector<SurfaceBox> mine;
-  for (SurfaceBox& region : regions) {
-    const auto least = std::min_element(facets.begin(), facets.end());
-    *least += region.facets.size();
-    if (least - facets.begin() == static_cast<std::ptrdiff_t>(share)) mine.push_back(std::move(region));
-  }
-  return mine;
 }
 
 /// Whether a point that is in no operand is in the solid: then that ends where space does.
@@ -105,19 +90,15 @@ class Tracing {
       : network_(network), options_(options), first_added_(static_cast<HyperplaneId>(network.table.size())) {}
 
   void run() {
-    const std::size_t threads = std::max(1U, options_.threads), shares = std::max(1U, options_.shares);
-    const OperandFacets facets(network_, options_.threads, stop_);
+    const std::size_t threads = std::max(1U, options_.threads);
+    const OperandFacets facets(network_, options_.threads, options_.share, options_.shares, stop_);
     result_.has_given_up = !facets.are_sound();
-    if (stop_ || result_.has_given_up) return;
-    // Shares must cut space alike, however many threads each of them has.
+    if (stop_ || result_.has_given_up || facets.space().is_empty()) return;
     call_on_large_stack([&] {
       SurfaceTracer tracer(network_, facets, stop_);
-      auto all = regions_of(
-          tracer,
-          std::max(least_regions * shares * (shares == 1 ? threads : 4), facets.size() / facets_of_region),
-          stop_);
-      result_.regions = all.size();
-      regions_ = share_of(std::move(all), options_.share, options_.shares);
+      regions_ =
+          regions_of(tracer, std::max(least_regions * threads, facets.size() / facets_of_region), stop_);
+      result_.regions = regions_.size();
     });
     std::vector<geometry::Skin> skins(regions_.size());
     hot_.resize(regions_.size());

@@ -57,7 +57,8 @@ SurfaceTracer::SurfaceTracer(const Network<3>& network, const OperandFacets& fac
 
 SurfaceBox SurfaceTracer::whole() {
   SurfaceBox all;
-  all.high.fill(Table::axis_steps);
+  all.low = source_.space().low;
+  all.high = source_.space().high;
   const auto& program = network_.program;
   all.program.assign(program);
   for (std::size_t at = 0; at < program.size();) {
@@ -65,7 +66,7 @@ SurfaceBox SurfaceTracer::whole() {
     if (is_leaf) {
       const Word producer = program[at + 2];
       for (std::uint32_t facet = source_.first(producer); facet < source_.first(producer + 1); ++facet)
-        all.facets.push(facet);
+        if (source_.is_in_space(facet)) all.facets.push(facet);
       all.operands.push({producer, static_cast<std::uint32_t>(all.facets.size())});
     }
     at += is_leaf ? program[at + 1] : Program::header;
@@ -130,16 +131,9 @@ std::optional<SurfaceTracer::Place> SurfaceTracer::place_between(const SurfaceBo
 
 /// A cut across an axis at about this place that no operand ends in.
 std::optional<SurfaceTracer::Cut> SurfaceTracer::free_cut(const SurfaceBox& box, int axis, double at) const {
-  constexpr std::uint32_t tries = 8;
-  const auto& table = network_.table;
   const auto k = static_cast<std::size_t>(axis);
-  const std::uint32_t middle = table.axis_position(axis, at);
-  for (std::uint32_t i = 0; i < tries; ++i) {
-    const std::uint32_t away = (i + 1) / 2 * 2, position = i % 2 == 0 ? middle + away : middle - away;
-    if (position <= box.low[k] || position >= box.high[k]) continue;
-    if (network_.axial_planes.cut(table, axis, position) >= table.size()) return Cut{axis, position};
-  }
-  return std::nullopt;
+  const auto position = free_position(network_, axis, box.low[k], box.high[k], at);
+  return position ? std::optional(Cut{axis, *position}) : std::nullopt;
 }
 
 std::optional<SurfaceTracer::Cut> SurfaceTracer::choose_cut(const SurfaceBox& box) {

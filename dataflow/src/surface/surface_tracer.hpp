@@ -48,7 +48,7 @@ class SurfaceTracer {
   /// @param stop somebody else ends the work by it: the surface is not complete then.
   SurfaceTracer(const Network<3>& network, const OperandFacets& facets, const std::atomic<bool>& stop);
 
-  /// All of the model.
+  /// All of the model that is in the space of the facets.
   [[nodiscard]] SurfaceBox whole();
   struct Cut {
     int axis;

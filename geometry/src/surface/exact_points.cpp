@@ -46,7 +46,8 @@ Vertex<3> canonical_vertex(const HyperplaneTable<3>& table, std::array<Hyperplan
 }
 
 const ExactCovector<3>& ExactCoordinates::covector(HyperplaneId id) {
-  Covector& entry = covectors_[(id * 0x9e3779b1u >> 12) % covectors_.size()];
+  if (covectors_.empty()) covectors_.resize(kept);
+  Covector& entry = covectors_[(id * 0x9e3779b1u >> 12) % kept];
   if (entry.id != id) {
     entry.value = table_.exact(id);
     divide_by_common_power_of_two(entry.value);
@@ -57,8 +58,8 @@ const ExactCovector<3>& ExactCoordinates::covector(HyperplaneId id) {
 
 const ExactCovector<3>& ExactCoordinates::point(const Vertex<3>& vertex) {
   const auto& ids = vertex.hyperplanes;
-  Point& entry =
-      points_[((ids[0] * 0x9e3779b1u ^ ids[1] * 0x85ebca6bu ^ ids[2] * 0xc2b2ae35u) >> 12) % points_.size()];
+  if (points_.empty()) points_.resize(kept);
+  Point& entry = points_[((ids[0] * 0x9e3779b1u ^ ids[1] * 0x85ebca6bu ^ ids[2] * 0xc2b2ae35u) >> 12) % kept];
   if (entry.ids != ids) {
     std::array<ExactCovector<3>, 3> rows;
     for (int i = 0; i < 3; ++i) rows[i] = covector(ids[i]);

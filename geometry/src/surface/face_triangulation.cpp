@@ -49,15 +49,15 @@ struct Part {
   std::vector<std::pair<std::span<const Skin::Edge>, std::exception_ptr>> failed;
 };
 
-std::span<const Skin::Edge> face_at(const EdgeChain& edges, std::size_t first) {
+std::span<const Skin::Edge> face_at(std::span<const Skin::Edge> edges, std::size_t first) {
   std::size_t end = first;
   while (end < edges.size() && edges[end].face == edges[first].face) ++end;
-  return std::span(edges).subspan(first, end - first);
+  return edges.subspan(first, end - first);
 }
 
 /// Of the faces that begin in a range of the edges.
 void triangulate_some(ExactPoints& exact, const PointSet& points, std::span<const Skin::Face> faces,
-                      const EdgeChain& edges, std::size_t first, std::size_t last,
+                      std::span<const Skin::Edge> edges, std::size_t first, std::size_t last,
                       const std::function<void(std::size_t)>& done, Part& part) {
   SweepTriangulator triangulator;
   auto& [triangles, ends] = part.made;
@@ -81,7 +81,7 @@ void triangulate_some(ExactPoints& exact, const PointSet& points, std::span<cons
 }  // namespace
 
 FaceTriangles triangulated_faces(ExactPoints& exact, unsigned threads, PointSet& points,
-                                 std::span<const Skin::Face> faces, const EdgeChain& edges,
+                                 std::span<const Skin::Face> faces, std::span<const Skin::Edge> edges,
                                  const std::function<void(std::size_t)>& done) {
   const SharedRanges ranges(edges.size(), threads);
   std::vector<Part> parts(ranges.size());

@@ -24,7 +24,7 @@ struct FaceTriangles {
 /// @param done is told how many edges have been used, by any of the threads.
 /// @throws std::logic_error if the edges of a face bound no region.
 FaceTriangles triangulated_faces(ExactPoints& exact, unsigned threads, PointSet& points,
-                                 std::span<const Skin::Face> faces, const EdgeChain& edges,
+                                 std::span<const Skin::Face> faces, std::span<const Skin::Edge> edges,
                                  const std::function<void(std::size_t)>& done);
 
 }  // namespace bsp2::geometry

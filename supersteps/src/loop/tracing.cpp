@@ -98,11 +98,13 @@ std::optional<RunResult> tracing(Ranks& ranks, dataflow::Network<3>& network, co
   report.hyperplanes = hyperplanes;
   const std::vector<std::uint64_t> mine{traced.interrupted, traced.has_given_up, traced.regions};
   bool has_given_up = false;
+  std::uint64_t regions = 0;
   for (const auto& share : all_gather(ranks, mine)) {
     report.interrupted = report.interrupted || share[0] != 0;
     has_given_up = has_given_up || share[1] != 0;
-    report.regions = static_cast<unsigned>(share[2]);
+    regions += share[2];
   }
+  report.regions = static_cast<unsigned>(regions);
   report.complete = !report.interrupted;
   if (report.interrupted) return result;
   if (has_given_up) return std::nullopt;

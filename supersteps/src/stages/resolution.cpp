@@ -25,19 +25,9 @@
 
 namespace boost::serialization {
 template <class Archive>
-void serialize(Archive& archive, bsp2::geometry::Skin& skin, unsigned) {
-  archive& skin.vertices& skin.incident_offset& skin.incident& skin.faces& skin.edges;
-}
-template <class Archive>
 void serialize(Archive& archive, bsp2::geometry::FacetSet& set, unsigned) {
   archive& set.hyperplane& set.facets& set.corners;
 }
-template <>
-struct is_bitwise_serializable<std::array<bsp2::geometry::HyperplaneId, 3>> : mpl::true_ {};
-template <>
-struct is_bitwise_serializable<bsp2::geometry::Skin::Face> : mpl::true_ {};
-template <>
-struct is_bitwise_serializable<bsp2::geometry::Skin::Edge> : mpl::true_ {};
 template <>
 struct is_bitwise_serializable<bsp2::geometry::FacetSet::Facet> : mpl::true_ {};
 template <>
@@ -386,29 +376,6 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
 geometry::ToldShare told_share(const Ranks& ranks, const RunOptions& options, double from, double to) {
   if (!ranks.is_master() || !options.on_progress) return {};
   return [&options, from, to](double done) { options.on_progress(from + done * (to - from), 0); };
-}
-
-void find_boundary(Ranks& ranks, const Table& table, geometry::Skin mine, bool with_faces, unsigned threads,
-                   std::optional<geometry::TriangleSurface>& boundary, std::optional<geometry::Brep>& faces,
-                   const geometry::ToldShare& told) {
-  std::string bytes;
-  ranks.agree([&] {
-    if (!ranks.is_master()) bytes = dataflow::to_bytes(std::exchange(mine, {}));
-  });
-  if (!ranks.is_master()) ranks.send(0, std::exchange(bytes, {}));
-  ranks.sync();
-  ranks.agree([&] {
-    for (const auto& message : ranks.received()) {
-      geometry::Skin skin;
-      dataflow::from_bytes(message.bytes, skin);
-      mine.append(skin);
-    }
-    if (!ranks.is_master()) return;
-    if (with_faces)
-      faces = geometry::brep_of(table, std::move(mine), &boundary.emplace(), told, threads);
-    else
-      boundary = geometry::triangulate(table, std::move(mine), told, threads);
-  });
 }
 
 std::vector<geometry::Contact> contacts_among(

@@ -15,6 +15,7 @@
 #include "bsp2/dataflow/surface/surface.hpp"
 #include "bsp2/geometry/surface/brep.hpp"
 #include "resolution/resolved.hpp"
+#include "resolution/shared_skins.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
@@ -25,6 +26,7 @@ using geometry::TriangleSurface;
 /// Not all shares have as many threads. @return nothing where it gives up.
 std::optional<TriangleSurface> traced(Network<3>& network, unsigned shares, unsigned threads) {
   geometry::Skin skin;
+  std::vector<geometry::Skin> skins;
   const auto hyperplanes = static_cast<geometry::HyperplaneId>(network.table.size());
   for (unsigned share = 0; share < shares; ++share) {
     network.table.take_back(hyperplanes);  // each share has a table of its own
@@ -39,8 +41,11 @@ std::optional<TriangleSurface> traced(Network<3>& network, unsigned shares, unsi
       return std::nullopt;
     }
     skin.append(mine.skin);
+    skins.push_back(mine.skin);
   }
-  return triangulate(network.table, std::move(skin));
+  auto surface = triangulate(network.table, std::move(skin));
+  EXPECT_EQ(digest_of(triangulated_by_all(network.table, std::move(skins), threads)), digest_of(surface));
+  return surface;
 }
 
 void expect_equal(const TriangleSurface& surface, const TriangleSurface& of_cells) {

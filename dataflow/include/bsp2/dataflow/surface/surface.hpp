@@ -17,7 +17,7 @@ namespace bsp2::dataflow {
 
 struct SurfaceOptions {
   unsigned threads = 1;
-  /// Of several that share the work, which one this is: each finds the skin in some of the regions.
+  /// Of several that share the work, which one this is: each finds the skin in a part of space.
   unsigned share = 0, shares = 1;
   std::function<bool()> interrupted;  ///< asked often, by the calling thread: true ends the work
   /// Told the share that is done, ten times a second by the calling thread.
@@ -27,7 +27,7 @@ struct SurfaceOptions {
 struct TracedSurface {
   geometry::Skin skin;
   std::uint64_t boxes = 0;    ///< that were looked at
-  std::uint64_t regions = 0;  ///< of all shares
+  std::uint64_t regions = 0;  ///< of this share
   bool interrupted = false;   ///< the skin is not complete
   bool has_given_up = false;  ///< likewise: too many operands meet in one place, or one reaches out of bounds
   std::exception_ptr failure;  ///< likewise: what a thread threw first

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -40,7 +41,7 @@ Vertex<3> canonical_vertex(const HyperplaneTable<3>& table, std::array<Hyperplan
 /// next call.
 class ExactCoordinates {
  public:
-  explicit ExactCoordinates(const HyperplaneTable<3>& table) : table_(table), covectors_(512), points_(512) {}
+  explicit ExactCoordinates(const HyperplaneTable<3>& table) : table_(table) {}
   const ExactCovector<3>& covector(HyperplaneId id);
   /// Homogeneous, the weight last; in the table's grid units.
   const ExactCovector<3>& point(const Vertex<3>& vertex);
@@ -54,8 +55,9 @@ class ExactCoordinates {
     std::array<HyperplaneId, 3> ids{~HyperplaneId{0}, 0, 0};
     ExactCovector<3> value;
   };
+  static constexpr std::size_t kept = 512;
   const HyperplaneTable<3>& table_;
-  std::vector<Covector> covectors_;
+  std::vector<Covector> covectors_;  // empty until the first is asked for: hardly any may be
   std::vector<Point> points_;
 };
 

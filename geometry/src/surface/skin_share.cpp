@@ -1,0 +1,397 @@
+#include "bsp2/geometry/surface/skin_share.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "bsp2/geometry/support/interruption.hpp"
+#include "bsp2/geometry/surface/edge_chain.hpp"
+#include "bsp2/geometry/surface/exact_points.hpp"
+#include "surface/face_triangulation.hpp"
+#include "surface/no_index.hpp"
+#include "surface/skin_steps.hpp"
+
+namespace bsp2::geometry {
+
+using Box = SkinShare::Box;
+
+namespace {
+
+/// Who decides whose own a face is.
+std::size_t place_of(const Skin::Face& face, std::size_t shares) {
+  return (std::uint64_t{face.outward.code} * 0x9e3779b97f4a7c15u >> 32) % shares;
+}
+
+Box no_box() {
+  Box box;
+  box.low.fill(std::numeric_limits<double>::infinity());
+  box.high.fill(-std::numeric_limits<double>::infinity());
+  return box;
+}
+
+void unite_with(const Box& other, Box& box) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.low[k] = std::min(box.low[k], other.low[k]);
+    box.high[k] = std::max(box.high[k], other.high[k]);
+  }
+}
+
+bool are_apart(const Box& a, const Box& b) {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (a.low[k] > b.high[k] || b.low[k] > a.high[k]) return true;
+  return false;
+}
+
+/// Holds the exact edge.
+Box box_of(const PointSet& points, const Skin::Edge& edge) {
+  const Vertex<3>&u = points.vertices[edge.from], &v = points.vertices[edge.to];
+  Box box;
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.low[k] = std::min(u.x[k] - u.error, v.x[k] - v.error);
+    box.high[k] = std::max(u.x[k] + u.error, v.x[k] + v.error);
+  }
+  return box;
+}
+
+/// Takes some edges out of a skin, with their ends and faces, which stay in their order.
+class Extract {
+ public:
+  Extract(std::size_t vertices, std::size_t faces) : vertex_(vertices, none), face_(faces, none) {}
+
+  /// @param name, planes of a vertex.
+  template <typename NameOf, typename PlanesOf>
+  Skin take(const Skin& skin, std::span<const std::uint32_t> edges, const NameOf& name,
+            const PlanesOf& planes) {
+    std::vector<std::uint32_t> vertices, faces;
+    for (const std::uint32_t edge : edges) {
+      const Skin::Edge& e = skin.edges[edge];
+      note(e.from, vertex_, vertices);
+      note(e.to, vertex_, vertices);
+      note(e.face, face_, faces);
+    }
+    number(vertices, vertex_);
+    number(faces, face_);
+    Skin part;
+    for (const std::uint32_t vertex : vertices) {
+      part.vertices.push_back(name(vertex));
+      const auto known = planes(vertex);
+      part.incident.insert(part.incident.end(), known.begin(), known.end());
+      part.incident_offset.push_back(static_cast<std::uint32_t>(part.incident.size()));
+    }
+    for (const std::uint32_t face : faces) part.faces.push_back(skin.faces[face]);
+    for (const std::uint32_t edge : edges) {
+      const Skin::Edge& e = skin.edges[edge];
+      part.edges.push_back({vertex_[e.from], vertex_[e.to], face_[e.face], e.across});
+    }
+    for (const std::uint32_t vertex : vertices) vertex_[vertex] = none;
+    for (const std::uint32_t face : faces) face_[face] = none;
+    return part;
+  }
+
+ private:
+  std::vector<std::uint32_t> vertex_, face_;  // new numbers
+
+  static void note(std::uint32_t index, std::vector<std::uint32_t>& numbers,
+                   std::vector<std::uint32_t>& list) {
+    if (numbers[index] != none) return;
+    numbers[index] = 0;
+    list.push_back(index);
+  }
+  static void number(std::vector<std::uint32_t>& list, std::vector<std::uint32_t>& numbers) {
+    std::sort(list.begin(), list.end());
+    for (std::uint32_t i = 0; i < list.size(); ++i) numbers[list[i]] = i;
+  }
+};
+
+void tell(const ToldShare& told, double done) {
+  Interruption::check();
+  if (told) told(done);
+}
+
+/// Edges in groups of some that are near to each other.
+class EdgeGroups {
+ public:
+  void make(const PointSet& points, const EdgeChain& edges) {
+    std::vector<Item> items(edges.size());
+    for (std::uint32_t i = 0; i < edges.size(); ++i) {
+      const auto &u = points.vertices[edges[i].from].x, &v = points.vertices[edges[i].to].x;
+      items[i] = {{u[0] + v[0], u[1] + v[1], u[2] + v[2]}, i};
+    }
+    boxes_.clear();
+    ends_.clear();
+    order_.clear();
+    part(items, points, edges);
+  }
+  [[nodiscard]] const std::vector<Box>& boxes() const { return boxes_; }
+  /// The edges of each group.
+  [[nodiscard]] std::span<const std::uint32_t> group(std::size_t i) const {
+    const std::size_t begin = i == 0 ? 0 : ends_[i - 1];
+    return {order_.data() + begin, ends_[i] - begin};
+  }
+
+ private:
+  struct Item {
+    std::array<double, 3> centre;  // twice
+    std::uint32_t edge;
+  };
+  static constexpr std::size_t most = 64;  // in a group
+  std::vector<Box> boxes_;
+  std::vector<std::uint32_t> order_;
+  std::vector<std::size_t> ends_;
+
+  void part(std::span<Item> items, const PointSet& points, const EdgeChain& edges) {
+    if (items.empty()) return;
+    if (items.size() <= most) {
+      Box box = no_box();
+      for (const Item& item : items) {
+        unite_with(box_of(points, edges[item.edge]), box);
+        order_.push_back(item.edge);
+      }
+      boxes_.push_back(box);
+      ends_.push_back(order_.size());
+      return;
+    }
+    Box centres = no_box();
+    for (const Item& item : items) unite_with({item.centre, item.centre}, centres);
+    std::size_t axis = 0;
+    for (std::size_t k = 1; k < 3; ++k)
+      if (centres.high[k] - centres.low[k] > centres.high[axis] - centres.low[axis]) axis = k;
+    const std::size_t half = items.size() / 2;
+    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(),
+                     [axis](const Item& a, const Item& b) { return a.centre[axis] < b.centre[axis]; });
+    part(items.first(half), points, edges);
+    part(items.subspan(half), points, edges);
+  }
+};
+
+}  // namespace
+
+struct SkinShare::Implementation {
+  Implementation(const HyperplaneTable<3>& t, std::uint32_t own, std::uint32_t all, unsigned threads_of_it)
+      : table(t), share(own), shares(all), threads(threads_of_it) {}
+  const HyperplaneTable<3>& table;
+  std::uint32_t share, shares;
+  unsigned threads;
+  ExactPoints exact{table};
+  Skin skin;  // with vertices until there are points
+  PointSet points;
+  std::size_t own_faces = 0;  // they come first, then those of which there are only some edges
+  EdgeGroups groups;
+  bool is_divided = false;  // the edges, at all points that are ends of others
+  FaceTriangles triangles;
+  std::size_t own_edges = 0, triangulated_points = 0;
+  bool has_crossings = false;
+
+  void divide(const ToldShare& told) {
+    unite_points(table, points, skin);
+    tell(told, 0.25);
+    add_up_lines(exact, threads, points, skin);
+    add_up(skin.edges);
+    tell(told, 0.4);
+    EdgeSplitter(exact, threads).split(points, skin.faces, skin.edges);
+    add_up(skin.edges);
+    tell(told, 0.55);
+    join_straight_edges(exact, threads, points, own_faces, skin);
+    tell(told, 0.7);
+  }
+
+  void divide(std::span<const Name> crossings) {
+    PointSet all;
+    for (std::size_t point = 0; point < triangulated_points; ++point)
+      all.add(points.vertices[point], points.planes_of(point));
+    for (const Name& name : crossings) {
+      const Vertex<3> vertex = canonical_vertex(table, name);
+      all.add(vertex, vertex.hyperplanes);
+    }
+    points = std::move(all);
+    const std::size_t undivided = count_own_edges();
+    divide_at(exact, points, triangulated_points, skin);
+    if (has_crossings && count_own_edges() <= undivided)
+      throw std::logic_error("edges of a face of the boundary that cross cannot be divided");
+  }
+
+  [[nodiscard]] std::size_t count_own_edges() const {
+    return static_cast<std::size_t>(std::count_if(skin.edges.begin(), skin.edges.end(),
+                                                  [&](const auto& edge) { return edge.face < own_faces; }));
+  }
+};
+
+SkinShare::SkinShare(const HyperplaneTable<3>& table, Skin skin, unsigned share, unsigned shares,
+                     unsigned threads)
+    : implementation_(std::make_unique<Implementation>(table, share, shares, threads)) {
+  implementation_->skin = std::move(skin);
+  sort_faces(implementation_->skin);
+}
+SkinShare::~SkinShare() = default;
+
+std::vector<std::vector<SkinShare::Claim>> SkinShare::claims() const {
+  const Skin& skin = implementation_->skin;
+  const std::uint32_t shares = implementation_->shares;
+  std::vector<std::uint32_t> edges(skin.faces.size());
+  for (const Skin::Edge& edge : skin.edges) ++edges[edge.face];
+  std::vector<std::vector<Claim>> claims(shares);
+  for (std::size_t face = 0; face < skin.faces.size(); ++face)
+    claims[place_of(skin.faces[face], shares)].push_back({skin.faces[face], edges[face]});
+  return claims;
+}
+
+std::vector<std::vector<SkinShare::Decision>> SkinShare::decide(
+    const std::vector<std::vector<Claim>>& claims) {
+  struct Entry {
+    Claim claim;
+    std::uint32_t share;
+  };
+  std::vector<Entry> entries;
+  for (std::uint32_t share = 0; share < claims.size(); ++share)
+    for (const Claim& claim : claims[share]) entries.push_back({claim, share});
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return is_before(a.claim.face, b.claim.face); });
+  std::vector<std::vector<Decision>> decisions(claims.size());
+  for (std::size_t begin = 0, end = 0; begin < entries.size(); begin = end) {
+    std::size_t most = begin;
+    for (; end < entries.size() && entries[end].claim.face == entries[begin].claim.face; ++end)
+      if (entries[end].claim.edges > entries[most].claim.edges) most = end;
+    if (end - begin < 2) continue;
+    for (std::size_t i = begin; i < end; ++i)
+      decisions[entries[i].share].push_back({entries[i].claim.face, entries[most].share});
+  }
+  return decisions;
+}
+
+std::vector<Skin> SkinShare::hand_over(std::span<const Decision> decisions) {
+  Implementation& mine = *implementation_;
+  Skin& skin = mine.skin;
+  std::vector<std::uint32_t> owner(skin.faces.size(), mine.share);
+  for (const Decision& decision : decisions) {
+    const auto at = std::lower_bound(skin.faces.begin(), skin.faces.end(), decision.face, is_before);
+    if (at != skin.faces.end() && *at == decision.face)
+      owner[static_cast<std::size_t>(at - skin.faces.begin())] = decision.owner;
+  }
+  std::vector<std::vector<std::uint32_t>> edges(mine.shares);
+  for (std::uint32_t i = 0; i < skin.edges.size(); ++i)
+    if (const std::uint32_t to = owner[skin.edges[i].face]; to != mine.share) edges[to].push_back(i);
+  std::vector<Skin> parts(mine.shares);
+  Extract extract(skin.vertices.size(), skin.faces.size());
+  for (std::size_t to = 0; to < parts.size(); ++to)
+    if (!edges[to].empty())
+      parts[to] = extract.take(
+          skin, edges[to], [&](std::uint32_t vertex) { return skin.vertices[vertex]; },
+          [&](std::uint32_t vertex) {
+            return std::span(skin.incident)
+                .subspan(skin.incident_offset[vertex],
+                         skin.incident_offset[vertex + std::size_t{1}] - skin.incident_offset[vertex]);
+          });
+  std::erase_if(skin.edges, [&](const Skin::Edge& edge) { return owner[edge.face] != mine.share; });
+  return parts;
+}
+
+void SkinShare::take_over(const Skin& faces) { implementation_->skin.append(faces); }
+
+std::vector<Box> SkinShare::boxes() {
+  Implementation& mine = *implementation_;
+  sort_faces(mine.skin);
+  mine.skin.weld();
+  mine.points = take_points(mine.table, mine.threads, mine.skin);
+  mine.own_faces = mine.skin.faces.size();
+  mine.groups.make(mine.points, mine.skin.edges);
+  return mine.groups.boxes();
+}
+
+std::vector<Skin> SkinShare::neighbours(const std::vector<std::vector<Box>>& boxes) const {
+  const Implementation& mine = *implementation_;
+  const auto& own = mine.groups.boxes();
+  Box all = no_box();
+  for (const Box& box : own) unite_with(box, all);
+  std::vector<Skin> parts(mine.shares);
+  Extract extract(mine.points.size(), mine.skin.faces.size());
+  std::vector<Box> near_all, near;
+  std::vector<std::uint32_t> edges;
+  for (std::size_t to = 0; to < parts.size(); ++to) {
+    if (to == mine.share) continue;
+    near_all.clear();
+    edges.clear();
+    for (const Box& box : boxes[to])
+      if (!are_apart(box, all)) near_all.push_back(box);
+    for (std::size_t group = 0; group < own.size() && !near_all.empty(); ++group) {
+      near.clear();
+      for (const Box& box : near_all)
+        if (!are_apart(box, own[group])) near.push_back(box);
+      if (near.empty()) continue;
+      for (const std::uint32_t edge : mine.groups.group(group)) {
+        const Box box = box_of(mine.points, mine.skin.edges[edge]);
+        if (std::any_of(near.begin(), near.end(), [&](const Box& other) { return !are_apart(box, other); }))
+          edges.push_back(edge);
+      }
+    }
+    std::sort(edges.begin(), edges.end());
+    if (!edges.empty())
+      parts[to] = extract.take(
+          mine.skin, edges, [&](std::uint32_t point) { return mine.points.vertices[point].hyperplanes; },
+          [&](std::uint32_t point) { return mine.points.planes_of(point); });
+  }
+  return parts;
+}
+
+void SkinShare::take_neighbours(const Skin& edges) {
+  if (edges.edges.empty()) return;
+  Implementation& mine = *implementation_;
+  Skin some = edges;
+  const PointSet points = take_points(mine.table, mine.threads, some);
+  const auto first_point = static_cast<std::uint32_t>(mine.points.size()),
+             first_face = static_cast<std::uint32_t>(mine.skin.faces.size());
+  for (std::size_t point = 0; point < points.size(); ++point)
+    mine.points.add(points.vertices[point], points.planes_of(point));
+  mine.skin.faces.insert(mine.skin.faces.end(), some.faces.begin(), some.faces.end());
+  for (const Skin::Edge& edge : some.edges)
+    mine.skin.edges.push_back(
+        {first_point + edge.from, first_point + edge.to, first_face + edge.face, edge.across});
+}
+
+std::vector<SkinShare::Name> SkinShare::triangulate(std::span<const Name> crossings, const ToldShare& told) {
+  Implementation& mine = *implementation_;
+  if (!mine.is_divided)
+    mine.divide(told);
+  else
+    mine.divide(crossings);
+  mine.is_divided = true;
+  rename_points(mine.exact, mine.threads, mine.points, mine.skin);
+  mine.own_edges = mine.count_own_edges();
+  mine.triangulated_points = mine.points.size();
+  mine.triangles = triangulated_faces(mine.exact, mine.threads, mine.points, mine.skin.faces,
+                                      std::span(mine.skin.edges).first(mine.own_edges), [](std::size_t) {});
+  tell(told, 1);
+  std::vector<Name> found;
+  for (std::size_t point = mine.triangulated_points; point < mine.points.size(); ++point)
+    found.push_back(mine.points.vertices[point].hyperplanes);
+  mine.has_crossings = !found.empty();
+  return found;
+}
+
+SurfacePiece SkinShare::take() {
+  Implementation& mine = *implementation_;
+  std::vector<bool> is_shared(mine.points.size());
+  for (std::size_t i = mine.own_edges; i < mine.skin.edges.size(); ++i)
+    is_shared[mine.skin.edges[i].from] = is_shared[mine.skin.edges[i].to] = true;
+  SurfacePiece piece;
+  std::vector<std::uint32_t> number(mine.points.size(), none);
+  piece.triangles = std::move(mine.triangles.triangles);
+  for (auto& triangle : piece.triangles)
+    for (std::uint32_t& point : triangle) {
+      if (number[point] == none) {
+        number[point] = static_cast<std::uint32_t>(piece.points.size());
+        const Vertex<3>& vertex = mine.points.vertices[point];
+        if (is_shared[point]) piece.shared.push_back({number[point], vertex.hyperplanes});
+        piece.points.push_back(
+            {vertex.x[0] + 0.0, vertex.x[1] + 0.0, vertex.x[2] + 0.0});  // no negative zeros
+      }
+      point = number[point];
+    }
+  std::uint32_t done = 0;
+  for (const auto& [first_edge, end] : mine.triangles.faces) {
+    piece.faces.push_back({mine.skin.faces[mine.skin.edges[first_edge].face], end - done});
+    done = end;
+  }
+  return piece;
+}
+
+}  // namespace bsp2::geometry

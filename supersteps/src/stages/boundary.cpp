@@ -1,0 +1,136 @@
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bsp2/geometry/surface/skin_share.hpp"
+#include "ranks/exchange.hpp"
+#include "stages/skin_archive.hpp"
+#include "stages/stages.hpp"
+
+// The surface is put together by all ranks, each of which triangulates some of its faces
+// (geometry::SkinShare): faces go to those who have most of them, edges to all that have others near by. The
+// master gets triangles.
+
+namespace bsp2::supersteps {
+namespace {
+
+using geometry::SkinShare;
+using Table = geometry::HyperplaneTable<3>;
+
+/// What a rank has for each of the others.
+template <typename T>
+std::vector<std::string> texts_of(const std::vector<T>& for_ranks) {
+  std::vector<std::string> texts;
+  for (const T& value : for_ranks) texts.push_back(dataflow::to_bytes(value));
+  return texts;
+}
+
+/// What has come from each rank, in their order.
+template <typename T>
+std::vector<T> values_of(const Ranks& ranks) {
+  std::vector<T> values;
+  for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, values.emplace_back());
+  return values;
+}
+
+/// A part of a superstep: `work` makes what this rank has for each. Collective.
+void step(Ranks& ranks, const std::function<std::vector<std::string>()>& work) {
+  std::vector<std::string> texts;
+  ranks.agree([&] { texts = work(); });
+  for (int rank = 0; rank < ranks.count(); ++rank)
+    ranks.send(rank, std::exchange(texts[static_cast<std::size_t>(rank)], {}));
+  ranks.sync();
+}
+
+/// The own faces' triangles. Collective.
+geometry::SurfacePiece piece_of(Ranks& ranks, const Table& table, geometry::Skin mine, unsigned threads,
+                                const geometry::ToldShare& told) {
+  const auto count = static_cast<unsigned>(ranks.count());
+  std::optional<SkinShare> share;
+  step(ranks, [&] {
+    share.emplace(table, std::exchange(mine, {}), static_cast<unsigned>(ranks.rank()), count, threads);
+    return texts_of(share->claims());
+  });
+  step(ranks, [&] { return texts_of(SkinShare::decide(values_of<std::vector<SkinShare::Claim>>(ranks))); });
+  step(ranks, [&] {
+    std::vector<SkinShare::Decision> decisions;
+    for (const auto& some : values_of<std::vector<SkinShare::Decision>>(ranks))
+      decisions.insert(decisions.end(), some.begin(), some.end());
+    return texts_of(share->hand_over(decisions));
+  });
+  step(ranks, [&] {
+    for (const auto& faces : values_of<geometry::Skin>(ranks)) share->take_over(faces);
+    return std::vector<std::string>(count, dataflow::to_bytes(share->boxes()));
+  });
+  step(ranks, [&] { return texts_of(share->neighbours(values_of<std::vector<SkinShare::Box>>(ranks))); });
+  std::vector<SkinShare::Name> crossings;
+  for (bool is_first = true; is_first || !crossings.empty(); is_first = false) {
+    step(ranks, [&] {
+      if (is_first)
+        for (const auto& edges : values_of<geometry::Skin>(ranks)) share->take_neighbours(edges);
+      return std::vector<std::string>(count, dataflow::to_bytes(share->triangulate(crossings, told)));
+    });
+    crossings.clear();
+    ranks.agree([&] {
+      for (const auto& some : values_of<std::vector<SkinShare::Name>>(ranks))
+        crossings.insert(crossings.end(), some.begin(), some.end());
+    });
+  }
+  geometry::SurfacePiece piece;
+  ranks.agree([&] { piece = share->take(); });
+  return piece;
+}
+
+/// All that is on the master then. Collective.
+template <typename T>
+std::vector<T> gather_all(Ranks& ranks, T mine) {
+  std::string bytes;
+  ranks.agree([&] {
+    if (!ranks.is_master()) bytes = dataflow::to_bytes(std::exchange(mine, {}));
+  });
+  if (!ranks.is_master()) ranks.send(0, std::exchange(bytes, {}));
+  ranks.sync();
+  std::vector<T> all;
+  ranks.agree([&] {
+    if (!ranks.is_master()) return;
+    all.push_back(std::move(mine));
+    for (auto& other : values_of<T>(ranks)) all.push_back(std::move(other));
+  });
+  return all;
+}
+
+}  // namespace
+
+void find_boundary(Ranks& ranks, const Table& table, geometry::Skin mine, bool with_faces, unsigned threads,
+                   std::optional<geometry::TriangleSurface>& boundary, std::optional<geometry::Brep>& faces,
+                   const geometry::ToldShare& told) {
+  if (ranks.count() > 1 && !with_faces) {
+    constexpr double shared = 0.9;
+    const auto told_of_piece = told ? [&](double done) { told(shared * done); } : geometry::ToldShare();
+    auto pieces = gather_all(ranks, piece_of(ranks, table, std::move(mine), threads, told_of_piece));
+    ranks.agree([&] {
+      if (ranks.is_master()) boundary = geometry::joined(std::exchange(pieces, {}));
+    });
+    return;
+  }
+  auto skins = gather_all(ranks, std::move(mine));
+  ranks.agree([&] {
+    if (!ranks.is_master()) return;
+    geometry::Skin all;
+    for (geometry::Skin& skin : skins) {
+      if (&skin == &skins.front())
+        all = std::move(skin);
+      else
+        all.append(std::exchange(skin, {}));
+    }
+    if (with_faces)
+      faces = geometry::brep_of(table, std::move(all), &boundary.emplace(), told, threads);
+    else
+      boundary = geometry::triangulate(table, std::move(all), told, threads);
+  });
+}
+
+}  // namespace bsp2::supersteps
