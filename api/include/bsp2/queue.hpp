@@ -103,4 +103,21 @@ BSP2_API std::vector<ClusterTable> measure_tables(const Expression& expression,
                                                   const std::vector<std::optional<unsigned>>& levels = {},
                                                   bool with_facets = true, const Options& options = {});
 
+/// What one node after the other takes for the surface, where that is found without cells. Seconds of
+/// processor for each thread, the least of three times.
+struct SurfaceTable {
+  unsigned nodes = 0;
+  /// Finding it, and putting it together from there to triangles: the mean of the nodes, and what all take
+  /// that wait for the slowest one at the end of each step.
+  double tracing = 0, slowest_tracing = 0, resolution = 0, slowest_resolution = 0;
+  double joining = 0;  ///< by the master alone: the triangles of all in one list
+  std::uint64_t triangles = 0;
+};
+
+/// The same of the surface of a solid.
+/// @throws Error as `evaluate`, and where the surface is not found without cells.
+BSP2_API std::vector<SurfaceTable> measure_surface(const Expression& expression,
+                                                   const std::vector<unsigned>& node_counts,
+                                                   const Options& options = {});
+
 }  // namespace bsp2

@@ -15,6 +15,13 @@ void check_in_range(const char* what, unsigned number, unsigned most) {
                 std::to_string(most));
 }
 
+constexpr unsigned most_nodes = 4096;
+
+void check_counts(const std::vector<unsigned>& node_counts) {
+  if (node_counts.empty()) throw Error("no numbers of nodes are named");
+  for (const unsigned count : node_counts) check_in_range("a number of nodes", count, most_nodes);
+}
+
 std::vector<NodeFigures> figures_of(const std::vector<supersteps::NodeFigures>& nodes) {
   std::vector<NodeFigures> figures;
   for (const auto& node : nodes)
@@ -29,10 +36,9 @@ std::vector<ClusterTable> measure_tables(const Expression& expression,
                                          const std::vector<std::optional<unsigned>>& levels, bool with_facets,
                                          const Options& options) {
   return guarded([&] {
-    constexpr unsigned most_nodes = 4096, most_level = 65535;
-    if (node_counts.empty()) throw Error("no numbers of nodes are named");
+    constexpr unsigned most_level = 65535;
+    check_counts(node_counts);
     if (!options.size_field.empty()) throw Error("tables know no size_field");
-    for (const unsigned count : node_counts) check_in_range("a number of nodes", count, most_nodes);
     for (const auto& level : levels)
       if (level) check_in_range("a level", *level, most_level);
     std::vector<std::string> ignored;
@@ -45,6 +51,22 @@ std::vector<ClusterTable> measure_tables(const Expression& expression,
       table.distribution_seconds = std::move(measured.distribution_seconds);
       for (const auto& nodes : measured.nodes) table.nodes.push_back(figures_of(nodes));
     }
+    return tables;
+  });
+}
+
+std::vector<SurfaceTable> measure_surface(const Expression& expression,
+                                          const std::vector<unsigned>& node_counts, const Options& options) {
+  return guarded([&] {
+    check_counts(node_counts);
+    std::vector<std::string> ignored;
+    std::vector<SurfaceTable> tables;
+    using Figures = supersteps::SurfaceFigures;
+    for (const Figures& measured :
+         supersteps::measure_surface(run_options(expression, options, ignored), node_counts))
+      tables.push_back({measured.nodes, Figures::mean(measured.tracing), Figures::most(measured.tracing),
+                        Figures::mean(measured.resolution), Figures::most(measured.resolution),
+                        measured.joining, measured.triangles});
     return tables;
   });
 }

@@ -59,9 +59,14 @@ void add_tables_options(CLI::App& app, RunCommand& command) {
           ->delimiter(',')
           ->check(is_number(1U, 65535U, "1 .. 65535"))
           ->type_name("A,B");
-  app.add_flag("--brief", command.brief,
-               "table 1 alone, to the end, without boundaries: much\nsooner for large models")
-      ->excludes(levels);
+  auto* const brief =
+      app.add_flag("--brief", command.brief,
+                   "table 1 alone, to the end, without boundaries: much\nsooner for large models")
+          ->excludes(levels);
+  app.add_flag("--surface", command.of_surface,
+               "what the surface takes, found without cells and put\ntogether by all nodes")
+      ->excludes(levels)
+      ->excludes(brief);
   app.add_option("--threads", command.options.threads, "threads of a node; 0: one a core")
       ->check(is_number(0U, 4096U, "0 .. 4096"))
       ->type_name("N");

@@ -42,6 +42,7 @@ struct RunCommand {
   std::optional<std::filesystem::path> checked_mesh;  ///< tell what this mesh is like, and nothing else
   std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
   bool brief = false;            ///< only the first of them
+  bool of_surface = false;       ///< one of the surface, in their place
   std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model
   std::optional<QueueCommand>
       queue;  ///< work with a queue of jobs; to merge is to resume what they have found

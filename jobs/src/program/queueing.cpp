@@ -31,6 +31,12 @@ int work(const QueueCommand& command, const Options& of_run, std::ostream& out) 
 }  // namespace
 
 void tables_command(const RunCommand& command, std::ostream& out) {
+  if (command.of_surface) {
+    const auto tables = measure_surface(load(command.model), command.tables, command.options);
+    out << command.model.string() << "\n\n";
+    print_surface_table(out, tables);
+    return;
+  }
   std::vector<std::optional<unsigned>> levels(command.levels.begin(), command.levels.end());
   if (!levels.empty() || command.brief) levels.emplace_back();
   const auto tables =

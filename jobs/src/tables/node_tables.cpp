@@ -135,4 +135,34 @@ void print_tables(std::ostream& out, const std::vector<ClusterTable>& measured, 
   for (std::size_t i = 0; i < measured.front().nodes.size() && !brief; ++i) print_nodes(out, measured, i);
 }
 
+void print_surface_table(std::ostream& out, const std::vector<SurfaceTable>& measured) {
+  out << "The surface, found without cells: every node's part is measured here, one node\n"
+         "after the other, as on a cluster of such machines. Seconds are of processor time\n"
+         "for each thread, the least of three times. Where nodes wait for each other, the\n"
+         "slowest one counts: max is the sum of that over all steps. Efficiency: all that\n"
+         "one node takes / (nodes x max), without and with the master's list of triangles.\n\n";
+  out << fmt::format("{} triangles\n\n  nodes             ", grouped(measured.front().triangles));
+  for (const SurfaceTable& table : measured) out << fmt::format(" {:>9}", table.nodes);
+  const auto row = [&](const char* name, auto value, int digits = 4) {
+    out << fmt::format("\n  {:<18}", name);
+    for (const SurfaceTable& table : measured) out << fmt::format(" {:>9.{}f}", value(table), digits);
+  };
+  row("tracing, mean", [](const SurfaceTable& table) { return table.tracing; });
+  row("tracing, max", [](const SurfaceTable& table) { return table.slowest_tracing; });
+  row("resolution, mean", [](const SurfaceTable& table) { return table.resolution; });
+  row("resolution, max", [](const SurfaceTable& table) { return table.slowest_resolution; });
+  row("list, master", [](const SurfaceTable& table) { return table.joining; });
+  if (measured.front().nodes == 1) {
+    const double alone = measured.front().tracing + measured.front().resolution;
+    const auto efficiency = [&](const SurfaceTable& table, double more) {
+      return alone / (table.nodes * (table.slowest_tracing + table.slowest_resolution + more));
+    };
+    row(
+        "efficiency", [&](const SurfaceTable& table) { return efficiency(table, 0); }, 3);
+    row(
+        "with the list", [&](const SurfaceTable& table) { return efficiency(table, table.joining); }, 3);
+  }
+  out << "\n\n";
+}
+
 }  // namespace bsp2::jobs

@@ -15,4 +15,7 @@ namespace bsp2::jobs {
 /// @param brief the first table alone.
 void print_tables(std::ostream& out, const std::vector<ClusterTable>& measured, bool brief = false);
 
+/// What the surface takes on so many nodes, a column each.
+void print_surface_table(std::ostream& out, const std::vector<SurfaceTable>& measured);
+
 }  // namespace bsp2::jobs

@@ -374,6 +374,9 @@ TEST(CommandLine, TablesHaveNodesAndLevels) {
       parsed({"tables", "a.csg", "--regions", "1,3", "--levels", "8,12", "--threads", "1"});
   EXPECT_EQ(command.tables, (std::vector<unsigned>{1, 3}));
   EXPECT_EQ(command.levels, (std::vector<unsigned>{8, 12}));
+  EXPECT_FALSE(command.of_surface);
+  EXPECT_TRUE(parsed({"tables", "a.csg", "--surface"}).of_surface);
+  EXPECT_NE(message_for({"tables", "a.csg", "--surface", "--brief"}).find("--surface"), std::string::npos);
   EXPECT_TRUE(parsed({"run", "a.csg"}).tables.empty());
 }
 

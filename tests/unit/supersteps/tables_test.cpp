@@ -4,6 +4,8 @@
 
 #include <fstream>
 
+#include "bsp2/error.hpp"
+#include "bsp2/supersteps/loop/run.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::supersteps {
@@ -64,6 +66,44 @@ TEST(Tables, EndForRoundSolids) {
   for (const auto& nodes : measured.at(1).nodes)
     EXPECT_EQ(sum(nodes, &NodeFigures::cells), report.in_cells + report.fuzzy_cells);
   EXPECT_GT(report.fuzzy_cells, 1000U);
+}
+
+/// All numbers of nodes find the surface of the run.
+TEST(Tables, NodesShareTheSurfaceOfARun) {
+  const samples::TemporaryFolder folder;
+  RunOptions options;
+  options.model = folder.path() / "balls.csg";
+  options.threads = 1;
+  std::ofstream file(options.model);
+  for (int i = 0; i < 40; ++i)
+    file << "multmatrix([[1,0,0," << 0.8 * i << "],[0,1,0," << i % 5 << "],[0,0,1," << i % 3
+         << "],[0,0,0,1]]) { sphere(r=1.3, $fn=" << 8 + i % 4 << "); }\n";
+  file.close();
+  const auto measured = measure_surface(options, {1, 2, 5, 64});
+  ASSERT_EQ(measured.size(), 4U);
+  options.boundary = options.surface_only = true;
+  const RunResult result = run(options);
+  for (const SurfaceFigures& figures : measured) {
+    EXPECT_EQ(figures.triangles, result.boundary->triangles.size());
+    EXPECT_EQ(figures.digest, result.report.boundary->digest);
+    for (const auto* steps : {&figures.tracing, &figures.resolution}) {
+      for (const auto& step : *steps) EXPECT_EQ(step.size(), figures.nodes);
+      EXPECT_GT(SurfaceFigures::mean(*steps), 0);
+      EXPECT_GE(SurfaceFigures::most(*steps), SurfaceFigures::mean(*steps));
+    }
+  }
+  EXPECT_EQ(measured[0].joining, 0);
+  EXPECT_GT(measured[3].joining, 0);
+}
+
+TEST(Tables, RefuseASurfaceThatIsFoundFromCells) {
+  const samples::TemporaryFolder folder;
+  RunOptions options;
+  options.model = folder.path() / "model.csg";
+  std::ofstream(options.model) << "ball(r = 1);";
+  EXPECT_THROW(measure_surface(options, {2}), Error);
+  std::ofstream(options.model) << "square([1, 2]);";
+  EXPECT_THROW(measure_surface(options, {2}), Error);
 }
 
 }  // namespace

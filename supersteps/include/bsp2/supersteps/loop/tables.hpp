@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "bsp2/supersteps/state/run_options.hpp"
@@ -45,5 +46,26 @@ struct Resolved {
 /// Source: the paper, section 5 and appendix A.
 std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts,
                                      std::vector<std::optional<unsigned>> levels, bool with_facets = true);
+
+/// What the surface costs so many nodes where it is found without cells. Seconds of processor for each
+/// thread, the least of three times: of each step of each node. Nodes wait for each other at the end of a
+/// step.
+struct SurfaceFigures {
+  unsigned nodes = 0;
+  std::vector<std::vector<double>> tracing;     ///< one step: the superstep computation
+  std::vector<std::vector<double>> resolution;  ///< points, corners, triangles of a node's own faces
+  double joining = 0;  ///< of the master, on one thread: triangles of all in one list
+  std::uint64_t triangles = 0;
+  std::string digest;  ///< of the surface, the same for any number of nodes
+
+  /// How long all take for some steps: the sum of the most of a node.
+  [[nodiscard]] static double most(const std::vector<std::vector<double>>& steps);
+  [[nodiscard]] static double mean(const std::vector<std::vector<double>>& steps);
+};
+
+/// Measures the surface on so many nodes, one node after the other. Not collective: by one process.
+/// @throws bsp2::Error as run, and where the surface is not found without cells.
+std::vector<SurfaceFigures> measure_surface(const RunOptions& options,
+                                            const std::vector<unsigned>& node_counts);
 
 }  // namespace bsp2::supersteps
