@@ -157,6 +157,33 @@ TEST_F(ReadAgain, PartsThatTouchAreObjectsOfTheirOwn) {
   }
 }
 
+/// What is too small for the digits of a file, or for --clean, is told by name, also where it touches another
+/// part.
+TEST_F(ReadAgain, PartsOfWhichNothingIsLeftAreNamed) {
+  std::ofstream(path("model.csg"))
+      << "part(name = \"base\") cube([10000, 10000, 10000]);\npart(name = \"tiny\") multmatrix([[1, 0, 0, "
+         "5000], [0, 1, 0, 5000], [0, 0, 1, 10000], [0, 0, 0, 1]]) cube([0.0001, 0.0001, 0.0001]);\n"
+         "part(name = \"small\") multmatrix([[1, 0, 0, 7000], [0, 1, 0, 5000], [0, 0, 1, 10000], [0, 0, 0, "
+         "1]]) cube([0.015, 0.017, 0.013]);\n";
+  for (const std::string clean : {"", " --clean 0", " --clean 0.001"}) {
+    SCOPED_TRACE(clean);
+    const Ended ended = run("run " + path("model.csg") + " --boundary " + path("out.3mf") + clean);
+    EXPECT_EQ(ended.code, 0);
+    EXPECT_NE(ended.text.find("part 'tiny'"), std::string::npos) << ended.text;
+    EXPECT_NE(ended.text.find("the single precision of .3mf changes"), std::string::npos) << ended.text;
+    const nlohmann::json found = report_of(path("out.3mf"));
+    std::set<std::string> names;
+    for (const auto& part : found.at("parts")) names.insert(part.at("name"));
+    EXPECT_EQ(names, (std::set<std::string>{"base", "small"}));
+  }
+  const Ended all = run("run " + path("model.csg") + " --clean 20000 --boundary " + path("none.3mf"));
+  EXPECT_NE(all.text.find("nothing is left of 3 parts 'base', 'small' and 'tiny'"), std::string::npos)
+      << all.text;
+  const Ended nothing = run("run " + path("model.csg") + " --clean 0.1 --boundary " + path("out.step"));
+  EXPECT_EQ(nothing.code, 2);
+  EXPECT_NE(nothing.text.find("--clean: there are no triangles to clean"), std::string::npos) << nothing.text;
+}
+
 /// Also where it touches a part, so that both are one where only a surface is kept: it does not take the
 /// part's name.
 TEST_F(ReadAgain, WhatBelongsToNoPartIsCalledThat) {

@@ -197,13 +197,19 @@ TEST_F(KeptSurface, GivesTheFilesThatWouldBeWrittenWithoutIt) {
                      " --boundary " + file("first.step").string());
     EXPECT_NE(samples::printed(program + " info " + file("kept.h5").string()).find("with its faces"),
               std::string::npos);
-    for (const char* name : {"a.ply", "a.stl", "a.obj", "a.brep"}) {
-      for (const char* snapshot : {"plain", "kept"})
+    samples::printed(launcher + program + " run " + model + " --snapshot " + file("triangles.h5").string() +
+                     " --boundary " + file("first.ply").string());
+    EXPECT_NE(samples::printed(program + " info " + file("triangles.h5").string()).find("its triangles"),
+              std::string::npos)
+        << "faces that no file needs were found";
+    for (const char* name : {"a.ply", "a.stl", "a.obj", "a.brep", "a.3mf", "a.amf"}) {
+      for (const char* snapshot : {"plain", "kept", "triangles"})
         samples::printed(launcher + program + " export " + file(snapshot).string() + ".h5 -o " +
                          (folder_.path() / snapshot / name).string());
       const std::string plain = bytes(folder_.path() / "plain" / name);
       EXPECT_FALSE(plain.empty());
       EXPECT_TRUE(plain == bytes(folder_.path() / "kept" / name)) << name << " " << launcher;
+      EXPECT_TRUE(plain == bytes(folder_.path() / "triangles" / name)) << name << " " << launcher;
     }
   }
 }

@@ -466,6 +466,9 @@ TEST_F(Scad, IsTranslatedByOpenscad) {
   EXPECT_NE(ended.text.find("volume 6"), std::string::npos) << ended.text;
   EXPECT_NE(ended.text.find("a b.scad: openscad: WARNING: odd " + folder_.path().string()), std::string::npos)
       << ended.text;
+  const Ended part =
+      start_with("echo \"WARNING: Ignoring unknown module 'part'\" >&2; echo 'cube([1, 2, 3]);' > \"$2\"");
+  EXPECT_NE(part.text.find("'part'. OpenSCAD has no parts"), std::string::npos) << part.text;
   const Ended wrong = start_with("echo 'cube(' > \"$2\"");
   EXPECT_EQ(wrong.code, 2) << wrong.text;
   EXPECT_NE(wrong.text.find("a b.scad.csg:2:1: "), std::string::npos) << wrong.text;

@@ -24,6 +24,7 @@ struct FileFormat {
   bool openfoam = false;      ///< such a mesh is a case of OpenFOAM
   bool polyhedra = false;     ///< it may be of polyhedra
   bool second_order = false;  ///< it may be of second order
+  bool triangles = false;     ///< of a surface, which can be cleaned
 };
 BSP2_API FileFormat file_format(const std::filesystem::path& path);
 

@@ -81,6 +81,9 @@ Result found(supersteps::RunOptions run, const Options& options, const Ranks& ra
   made->expression = std::move(expression);
   made->holds_cells = !options.measures_only && !options.outputs_only;
   supersteps::Ranks& all = made->ranks->ranks;
+  // Cells may stay on the ranks then, where files that are written later cannot find it (see run_options).
+  if (all.count() > 1 && options.collect == Collect::automatic && !options.outputs_only)
+    run.closes_parts = true;
   const Patience patience(all, options.timeout);
   Told told(all, options.progress);
   if (options.progress)

@@ -21,6 +21,7 @@ FileFormat file_format(const std::filesystem::path& path) {
     if (const io::SurfaceFormat* of_surface = io::surface_format(path)) {
       format.surface = true;
       format.outline = of_surface->is_plane;
+      format.triangles = !of_surface->is_plane && !of_surface->has_faces;
     }
     format.picture = supersteps::picture_format(path).has_value();
     format.animation = io::is_animation(path);
@@ -36,9 +37,12 @@ FileFormat file_format(const std::filesystem::path& path) {
 }
 
 bool is_snapshot(const std::filesystem::path& file) {
-  char bytes[4] = {};  // of HDF5
+  if (file.extension() == ".h5") return true;
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(file, none)) return false;  // a pipe can be read once
+  char bytes[4] = {};                                               // of HDF5
   std::ifstream(file, std::ios::binary).read(bytes, sizeof bytes);
-  return std::string_view(bytes, sizeof bytes) == "\x89HDF" || file.extension() == ".h5";
+  return std::string_view(bytes, sizeof bytes) == "\x89HDF";
 }
 
 Endings endings() {

@@ -122,9 +122,8 @@ void Result::Implementation::find_surface(bool with_faces) {
   if (!result.keeps_in) throw Error("the IN cells have the surface: evaluate with keep_in");
   if (result.boundary && !result.asked)
     throw Error(
-        "the surface is there, but not its faces, which files for CAD programs and for printers of parts "
-        "hold, "
-        "and there are no cells left to find them from: evaluate with the option 'faces'");
+        "the surface is there, but not its faces, which files for CAD programs, and of parts for printers, "
+        "hold, and there are no cells left to find them from: evaluate with the option 'faces'");
   asked().find_boundary(result, with_faces);
 }
 

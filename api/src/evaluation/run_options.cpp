@@ -98,8 +98,10 @@ supersteps::RunOptions run_options(const Options& options) {
   run.boundary = options.surface || options.surface_only || options.faces;
   run.faces = options.faces;
   run.surface_only = options.surface_only;
-  // Where nothing can be asked later, files may want it all the same.
-  run.closes_parts = options.surface_only || options.measures_only || options.collect == Collect::file;
+  // Files that are written later may want it, and where cells are gone, or stay on the ranks, it is not found
+  // then.
+  run.closes_parts = !options.outputs_only &&
+                     (options.surface_only || options.measures_only || options.collect == Collect::file);
   run.contacts = options.contacts;
   run.snapshot = options.snapshot;
   run.interrupted = options.stop;

@@ -41,7 +41,7 @@ struct Detail {
   std::vector<std::uint32_t> triangles_of_voxels;
   /// Makes the bytes of a level from those of the finest one. Called by any thread.
   std::function<std::string(const std::string& bytes, int level)> coarser;
-  /// The parts that are in it, ascending, where they are several; they are hidden one by one.
+  /// The parts in a region of cells, ascending; they are hidden one by one.
   std::vector<std::int32_t> parts;
   /// Without some of them: the bytes of that, and what can be sent of these. Called by any thread.
   std::function<std::pair<std::string, std::shared_ptr<const Detail>>(const std::string& bytes,

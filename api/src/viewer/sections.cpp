@@ -76,10 +76,11 @@ class Sweep {
     std::erase_if(met_, [&](std::size_t i) { return sides_[i].high[1] <= low; });
     for (; next_ < sides_.size() && sides_[next_].low[1] <= low; ++next_) met_.push_back(next_);
     for (const std::size_t i : met_) sides_[i].between = sides_[i].at((low + high) / 2);
-    std::sort(met_.begin(), met_.end(), [&](std::size_t a, std::size_t b) {
+    const auto is_before = [&](std::size_t a, std::size_t b) {
       return std::tie(sides_[a].between, sides_[a].winding, a) <
              std::tie(sides_[b].between, sides_[b].winding, b);
-    });
+    };
+    if (!std::is_sorted(met_.begin(), met_.end(), is_before)) std::sort(met_.begin(), met_.end(), is_before);
     std::vector<std::pair<std::size_t, std::size_t>> now;
     int winding = 0;
     for (std::size_t at = 0, left = 0; at < met_.size(); ++at) {
@@ -145,7 +146,7 @@ class Section {
     for (const double x : {plane_.at, gaze_.explode})
       state = mixed_with(state, std::bit_cast<std::uint64_t>(x));
     for (const double x : gaze_.middle) state = mixed_with(state, std::bit_cast<std::uint64_t>(x));
-    state = mixed_with(state, gaze_.wants_surface ? 1 : 0);
+    state = mixed_with(mixed_with(state, run_), is_of_surface() ? 1 : 0);
     if (!is_of_surface())
       for (const std::int32_t part : gaze_.hidden)
         state = mixed_with(state, static_cast<std::uint32_t>(part));
@@ -234,19 +235,33 @@ class Section {
 
   [[nodiscard]] std::vector<Trapezoid> filled_to_be_seen(std::span<const FigureEdge> edges,
                                                          const Unit& unit) const {
-    constexpr double least = 12, edges_of_each = 4, many_edges = 50000;
+    constexpr double least = 12, edges_of_each = 4;
     double pixels = 0;
     const auto half_pixel = step_of(unit, pixels);
     if (!half_pixel) return filled(edges);
     const double most = std::max(least, pixels);  // of two triangles each
-    if (static_cast<double>(edges.size()) <= std::min(edges_of_each * most, many_edges)) {
+    if (static_cast<double>(edges.size()) <= std::min<double>(edges_of_each * most, many_edges)) {
       auto all = filled(edges);
       if (static_cast<double>(all.size()) <= most) return all;
     }
-    for (double step = std::exp2(std::ilogb(*half_pixel));; step *= 2) {
+    for (double step = std::exp2(std::ilogb(least_step(edges, *half_pixel)));; step *= 2) {
       auto all = filled(edges, step);
       if (static_cast<double>(all.size()) <= most) return all;
     }
+  }
+
+  static constexpr std::size_t many_edges = 50000;
+  /// A lattice that leaves so little of many edges that sweeping them does not keep the thread for long.
+  static double least_step(std::span<const FigureEdge> edges, double half_pixel) {
+    constexpr double most_steps = 0x1p13;
+    if (edges.size() <= many_edges) return half_pixel;
+    std::array<double, 2> low = edges.front().from, high = low;
+    for (const FigureEdge& edge : edges)
+      for (std::size_t k = 0; k < 2; ++k) {
+        low[k] = std::min({low[k], edge.from[k], edge.to[k]});
+        high[k] = std::max({high[k], edge.from[k], edge.to[k]});
+      }
+    return std::max(half_pixel, std::max(high[0] - low[0], high[1] - low[1]) / most_steps);
   }
 
   /// Part by part, where what is cut is to be seen.

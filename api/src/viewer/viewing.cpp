@@ -178,7 +178,8 @@ supersteps::RunOptions shown(supersteps::RunOptions run, const ViewerOptions& vi
   run.collect_cells = true;
   run.can_be_asked = run.finds_rounds = false;
   run.boundary = run.faces = run.keep_in;
-  run.eye = viewer.eye;  // so it has as many numbers as the model has dimensions; steps have those of pages
+  if (!viewer.eye.empty() && !run.angle)
+    run.eye = viewer.eye;  // so it has as many numbers as the model has dimensions; steps have those of pages
   return run;
 }
 

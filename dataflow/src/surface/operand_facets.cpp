@@ -92,7 +92,7 @@ OperandFacets::OperandFacets(Network<3>& network, unsigned threads, unsigned sha
         from = next;
       }
     }
-    some = {};
+    some = std::decay_t<decltype(some)>();  // its memory, too
   });
   const double margin = 0x1p-40 * network.table.radius();  // more than corners are rounded by
   for (std::size_t producer = 0; producer < count; ++producer)

@@ -4,7 +4,7 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/surface/skin_share.hpp"
-#include "surface/counted_order.hpp"
+#include "support/counted_order.hpp"
 #include "surface/no_index.hpp"
 #include "surface/skin_steps.hpp"
 
@@ -66,7 +66,7 @@ std::vector<std::uint32_t> order_of_faces(const std::vector<SurfacePiece>& piece
 
 }  // namespace
 
-TriangleSurface joined(std::vector<SurfacePiece> pieces) {
+TriangleSurface joined(const std::vector<SurfacePiece>& pieces) {
   std::size_t all_triangles = 0, all_points = 0, all_shared = 0;
   for (const SurfacePiece& piece : pieces) {
     all_triangles += piece.triangles.size();

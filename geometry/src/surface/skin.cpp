@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "bsp2/geometry/surface/contact.hpp"
-#include "surface/counted_order.hpp"
+#include "support/counted_order.hpp"
 
 namespace bsp2::geometry {
 

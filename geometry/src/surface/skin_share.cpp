@@ -300,29 +300,34 @@ std::vector<Box> SkinShare::boxes() {
 std::vector<Skin> SkinShare::neighbours(const std::vector<std::vector<Box>>& boxes) const {
   const Implementation& mine = *implementation_;
   const auto& own = mine.groups.boxes();
-  Box all = no_box();
-  for (const Box& box : own) unite_with(box, all);
   std::vector<Skin> parts(mine.shares);
   Extract extract(mine.points.size(), mine.skin.faces.size());
-  std::vector<Box> near_all, near;
   std::vector<std::uint32_t> edges;
-  for (std::size_t to = 0; to < parts.size(); ++to) {
-    if (to == mine.share) continue;
-    near_all.clear();
-    edges.clear();
-    for (const Box& box : boxes[to])
-      if (!are_apart(box, all)) near_all.push_back(box);
-    for (std::size_t group = 0; group < own.size() && !near_all.empty(); ++group) {
-      near.clear();
-      for (const Box& box : near_all)
-        if (!are_apart(box, own[group])) near.push_back(box);
-      if (near.empty()) continue;
-      for (const std::uint32_t edge : mine.groups.group(group)) {
-        const Box box = box_of(mine.points, mine.skin.edges[edge]);
-        if (std::any_of(near.begin(), near.end(), [&](const Box& other) { return !are_apart(box, other); }))
-          edges.push_back(edge);
-      }
+  // Groups stand near those that they are near to: by halves, with what is near to all of a half.
+  const auto look = [&](const auto& self, std::size_t first, std::size_t end,
+                        const std::vector<Box>& others) -> void {
+    Box all = no_box();
+    for (std::size_t group = first; group < end; ++group) unite_with(own[group], all);
+    std::vector<Box> near;
+    for (const Box& box : others)
+      if (!are_apart(box, all)) near.push_back(box);
+    if (near.empty()) return;
+    if (end - first > 1) {
+      const std::size_t middle = first + (end - first) / 2;
+      self(self, first, middle, near);
+      self(self, middle, end, near);
+      return;
     }
+    for (const std::uint32_t edge : mine.groups.group(first)) {
+      const Box box = box_of(mine.points, mine.skin.edges[edge]);
+      if (std::any_of(near.begin(), near.end(), [&](const Box& other) { return !are_apart(box, other); }))
+        edges.push_back(edge);
+    }
+  };
+  for (std::size_t to = 0; to < parts.size(); ++to) {
+    if (to == mine.share || own.empty()) continue;
+    edges.clear();
+    look(look, 0, own.size(), boxes[to]);
     std::sort(edges.begin(), edges.end());
     if (!edges.empty())
       parts[to] = extract.take(

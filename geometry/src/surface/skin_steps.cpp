@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "surface/counted_order.hpp"
+#include "support/counted_order.hpp"
 #include "surface/no_index.hpp"
 #include "surface/shared_ranges.hpp"
 
@@ -83,7 +83,7 @@ void add_up_lines(ExactPoints& exact, unsigned threads, const PointSet& points, 
   skin.edges.clear();
   for (EdgeChain& sum : sums) {
     skin.edges.insert(skin.edges.end(), sum.begin(), sum.end());
-    sum = {};
+    sum = EdgeChain();  // its memory, too
   }
 }
 

@@ -315,6 +315,33 @@ std::vector<Index> parts_of(const TriangleSurface& surface) {
   return parent;
 }
 
+/// Each part with points of its own, where each is closed by itself.
+TriangleSurface separated(const TriangleSurface& surface) {
+  std::vector<Index> order(surface.triangles.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::ranges::stable_sort(order, {}, [&](Index i) { return surface.owner[i]; });
+  TriangleSurface result;
+  result.triangles.reserve(order.size());
+  std::vector<Index> number(surface.points.size());
+  std::vector<std::int32_t> used_by(surface.points.size());
+  std::vector<bool> is_used(surface.points.size());
+  for (const Index i : order) {
+    Triangle t = surface.triangles[i];
+    for (Index& corner : t) {
+      if (!is_used[corner] || used_by[corner] != surface.owner[i]) {
+        is_used[corner] = true;
+        used_by[corner] = surface.owner[i];
+        number[corner] = static_cast<Index>(result.points.size());
+        result.points.push_back(surface.points[corner]);
+      }
+      corner = number[corner];
+    }
+    result.triangles.push_back(t);
+    result.owner.push_back(surface.owner[i]);
+  }
+  return result;
+}
+
 /// What rounding does to a connected part.
 struct PartLoss {
   Point lower{}, upper{};
@@ -358,6 +385,7 @@ SingleSurface rounded_to_single(const TriangleSurface& surface) {
 }
 
 SingleLoss loss_in_single(const TriangleSurface& surface) {
+  if (surface.closes_parts) return loss_in_single(separated(surface));
   const std::vector<Index> part_of = parts_of(surface);
   std::unordered_map<Index, PartLoss> parts;
   Index last = none;

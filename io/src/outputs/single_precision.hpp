@@ -28,7 +28,8 @@ struct SingleSurface {
 /// @pre no coordinate is beyond the largest float.
 SingleSurface rounded_to_single(const geometry::TriangleSurface& surface);
 
-/// What the rounding does to the connected parts of a surface.
+/// What the rounding does to the connected parts of a surface; parts of the solid that touch are several
+/// where each is closed by itself.
 struct SingleLoss {
   std::size_t parts = 0,
               changed = 0;  ///< all, and those whose volume or size changes by more than a hundred-thousandth

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bsp2/geometry/support/counted.hpp"
+
 namespace bsp2::io {
 namespace {
 
@@ -60,9 +62,13 @@ std::vector<PrintedObject> printed_objects(const geometry::TriangleSurface& surf
                                            std::vector<std::string>& notes) {
   std::vector<PrintedObject> objects;
   Touching touching;
+  std::vector<std::string> vanished;
   for (const PartPiece& piece : pieces_by_part(surface.points.size(), surface.triangles, surface.owner)) {
     SingleSurface rounded = rounded_to_single(surface_of(piece, surface));
-    if (rounded.triangles.empty()) continue;
+    if (rounded.triangles.empty()) {
+      vanished.push_back(labels.name(piece.owner));
+      continue;
+    }
     PrintedObject& object = objects.emplace_back();
     object.owner = piece.owner;
     object.name = labels.name(piece.owner);
@@ -70,6 +76,7 @@ std::vector<PrintedObject> printed_objects(const geometry::TriangleSurface& surf
     make_manifold(object.mesh, touching);
   }
   if (const std::string told = touching.told(); !told.empty()) notes.push_back(told);
+  if (!vanished.empty()) notes.push_back("single precision leaves nothing of " + parts_named(vanished));
   return objects;
 }
 

@@ -1,6 +1,7 @@
 #include "options/output_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "options/paths.hpp"
 
@@ -63,6 +64,13 @@ void set_folder(Options& options, const OutputText& text) {
   if (outputs.surfaces.empty() && options.keep_in) outputs.surfaces = {folder / Outputs::surface_name};
   if (!outputs.picture) outputs.picture = folder / Outputs::picture_name;
   if (!outputs.report) outputs.report = folder / Outputs::report_name;
+}
+
+void check_clean(const Outputs& outputs) {
+  const bool is_any = std::any_of(outputs.surfaces.begin(), outputs.surfaces.end(),
+                                  [](const auto& file) { return file_format(file).triangles; });
+  if (outputs.clean && !is_any)
+    throw Error("--clean: there are no triangles to clean; name a file for them (see --list-formats)");
 }
 
 }  // namespace
@@ -154,6 +162,7 @@ void choose_outputs(const OutputText& text, RunCommand& command) {
   if (text.collect == "file") options.collect = Collect::file;
   if (text.cells) outputs.cells = Outputs::cells_name;
   if (!text.folder.empty()) set_folder(options, text);
+  check_clean(outputs);
   if (outputs.tets && !outputs.cells && !outputs.series)
     throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
 }

@@ -106,9 +106,9 @@ void FacetLoader::name_corners(const CellBatch& batch, std::uint32_t cell) {
       before = after;
     }
   }
-  for (std::uint16_t corner = 0; corner < corners; ++corner) {
+  for (std::size_t corner = 0; corner < corners; ++corner) {
     if (count_[corner] > 3) {
-      collect_planes(batch, cell, corner);
+      collect_planes(batch, cell, static_cast<std::uint16_t>(corner));
       result_.cell_points.push_back(points_.find(ids_[corner], planes_));
     } else {
       result_.cell_points.push_back(points_.find(ids_[corner], ids_[corner]));

@@ -110,7 +110,7 @@ class ComplexMaker {
       place_[order[i].second] = i;
       complex_.part[i] = facets_.part[order[i].second];
     }
-    facets_.cell_points = {};
+    facets_.cell_points = decltype(facets_.cell_points)();  // its memory, too
   }
 
   void lay_over() {
@@ -196,7 +196,7 @@ class ComplexMaker {
       const auto [owner, neighbour] = std::minmax(negative, positive);
       faces_[begin[owner]++] = {owner, neighbour, piece.plane, piece.begin, piece.count, positive < negative};
     }
-    pieces_ = {};
+    pieces_ = decltype(pieces_)();  // its memory, too
     const auto corners = [&](const Face& face) {
       const auto points = polygon(face);
       const std::size_t first = first_corner(face), n = points.size();

@@ -38,7 +38,6 @@ void PlaneOverlay::take_equal(std::span<const std::uint32_t> on_plane) {
     return;
   }
   std::sort(hashes_.begin(), hashes_.end());
-  constexpr std::uint32_t none = ~0U;
   for (const std::uint32_t facet : on_plane) {
     if (!facets_.facets[facet].positive) continue;
     const std::uint64_t hash = hash_of(facet);

@@ -126,7 +126,10 @@ std::string advice_for(const std::string& said) {
       said.find("Can't open") != std::string::npos || said.find("Can't find") != std::string::npos;
   return is_file ? ". Install what is missing where openscad looks for libraries, or name its folder in "
                    "OPENSCADPATH"
-                 : "";
+         : said.find("unknown module 'part'") != std::string::npos
+             ? ". OpenSCAD has no parts, which are of .csg: color what belongs together, and add --parts "
+               "colour"
+             : "";
 }
 
 }  // namespace
@@ -173,7 +176,7 @@ ModelText convert_scad(const std::filesystem::path& path) {
   }
   ModelText result{read_text(made), {}};
   for (const std::string& line : lines_of(output, {"WARNING", "DEPRECATED", "ERROR"}))
-    result.warnings.push_back(name + ": openscad: " + line);
+    result.warnings.push_back(name + ": openscad: " + line + advice_for(line));
   return result;
 }
 

@@ -5,11 +5,14 @@
 #include <map>
 #include <optional>
 #include <queue>
+#include <set>
+#include <span>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "bsp2/geometry/support/disjoint_sets.hpp"
 #include "bsp2/model/mesh/cleaning.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/mesh_crossing.hpp"
@@ -107,6 +110,12 @@ class SurfaceCleaner {
     return point;
   }
   [[nodiscard]] const Point3& point(Index i) const { return points_[i]; }
+  /// Is shown each triangle that there is, and its part.
+  template <typename See>
+  void visit(const See& see) const {
+    for (Index i = 0; i < triangles_.size(); ++i)
+      if (is_there(i)) see(triangles_[i], owner_[i]);
+  }
 
   /// @param changed gets the triangles of it that are not of the surface, by their numbers.
   TriangleSurface result(std::vector<Index>& changed) {
@@ -189,6 +198,11 @@ class SurfaceCleaner {
     for (Index i = 0; i < triangles_.size(); ++i)
       for (const Index corner : triangles_[i]) list_[next[corner]++] = i;
   }
+  /// Those around a corner, of which some may be gone, or be there twice.
+  [[nodiscard]] std::span<const Index> listed(Index corner) const {
+    if (const auto found = around_.find(corner); found != around_.end()) return found->second;
+    return std::span(list_).subspan(first_[corner], first_[corner + 1] - first_[corner]);
+  }
   std::vector<Index>& around(Index corner) {
     const auto [at, is_new] = around_.try_emplace(corner);
     if (is_new) at->second.assign(list_.begin() + first_[corner], list_.begin() + first_[corner + 1]);
@@ -213,7 +227,7 @@ class SurfaceCleaner {
     }
     if (is_thin(shape(t))) slivers_.push_back(i);
   }
-  [[nodiscard]] std::uint64_t remaining_faults(Index i) {
+  [[nodiscard]] std::uint64_t remaining_faults(Index i) const {
     if (!is_thin(shape(triangles_[i]))) return 0;
     const auto other = other_side(i);
     return other && *other < i ? 0 : 1;
@@ -228,12 +242,21 @@ class SurfaceCleaner {
     const auto at = static_cast<std::size_t>(std::ranges::find(o, t[0]) - o.begin());
     return o[(at + 1) % 3] == t[2];
   }
+  /// The first triangle opposite to one, of the same part or of another one, if each is closed by itself.
+  [[nodiscard]] std::optional<Index> opposite(Index i, bool of_same_part) const {
+    std::span<const Index> fewest;
+    for (const Index corner : triangles_[i])
+      if (const auto all = listed(corner); fewest.empty() || all.size() < fewest.size()) fewest = all;
+    std::optional<Index> first;
+    for (const Index other : fewest)
+      if (other != i && is_there(other) && (!first || other < *first) && are_opposite(i, other) &&
+          (!closes_parts_ || (owner_[other] == owner_[i]) == of_same_part))
+        first = other;
+    return first;
+  }
   /// Where each part is closed by itself: the triangle of the part on the other side of this one.
-  [[nodiscard]] std::optional<Index> other_side(Index i) {
-    if (!closes_parts_) return std::nullopt;
-    for (const Index other : star(triangles_[i][0]))
-      if (owner_[other] != owner_[i] && are_opposite(i, other)) return other;
-    return std::nullopt;
+  [[nodiscard]] std::optional<Index> other_side(Index i) const {
+    return closes_parts_ ? opposite(i, false) : std::nullopt;
   }
 
   void take_all_listed() {
@@ -318,13 +341,11 @@ class SurfaceCleaner {
   /// Removes a triangle with another one that has the same corners and looks the other way: nothing is
   /// between them. Where each part is closed by itself, those of two parts stay.
   bool cancel(Index i) {
-    for (const Index other : star(triangles_[i][0])) {
-      if (other == i || !are_opposite(i, other) || (closes_parts_ && owner_[other] != owner_[i])) continue;
-      remove(other);
-      remove(i);
-      return true;
-    }
-    return false;
+    const auto other = opposite(i, true);
+    if (!other) return false;
+    remove(*other);
+    remove(i);
+    return true;
   }
 
   // --- slivers ---
@@ -426,7 +447,7 @@ class SurfaceCleaner {
 
   /// The ends of the edges at a corner that must stay: between parts, or where other than two triangles meet,
   /// of which the two sides of one between parts are one.
-  [[nodiscard]] std::vector<Index> lasting_edges(Index corner, const std::vector<Index>& triangles) {
+  [[nodiscard]] std::vector<Index> lasting_edges(Index corner, const std::vector<Index>& triangles) const {
     using Parts = std::pair<std::int32_t, std::int32_t>;  // on the sides of a triangle, the lower one first
     struct Sides {
       int count = 0;
@@ -532,6 +553,85 @@ bool fix(const SurfaceCleaner& cleaner, const std::vector<Point3>& places, std::
   return is_new;
 }
 
+/// What of a surface hangs together, of one part where each is closed by itself, before and after.
+class Pieces {
+ public:
+  Pieces(const TriangleSurface& before, const SurfaceCleaner& cleaner) {
+    for (std::size_t i = 0; i < before.triangles.size(); ++i) {
+      Triangle now = before.triangles[i];
+      for (Index& corner : now) corner = cleaner.representative(corner);
+      add(before.triangles[i], now, before.closes_parts ? before.owner[i] : 0, true);
+    }
+    cleaner.visit(
+        [&](const Triangle& t, std::int32_t owner) { add(t, t, before.closes_parts ? owner : 0, false); });
+    unite(before.points.size());
+    measure([&](const Member& m, std::size_t k) -> const Point3& {
+      return m.is_before ? before.points[m.corners[k]] : cleaner.point(m.corners[k]);
+    });
+  }
+
+  /// Fixes the corners of those that are inside out now. @return whether there are any.
+  bool fix_turned(std::vector<bool>& fixed) const {
+    bool is_any = false;
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+      const Volumes& volumes = volumes_[pieces_[i]];
+      const bool is_turned =
+          (volumes.before < 0 && volumes.after > 0) || (volumes.before > 0 && volumes.after < 0);
+      if (!members_[i].is_before || !is_turned) continue;
+      is_any = true;
+      for (const Index corner : members_[i].corners) fixed[corner] = true;
+    }
+    return is_any;
+  }
+
+ private:
+  struct Member {
+    Triangle corners, now;
+    std::int32_t owner;
+    bool is_before;
+  };
+  struct Volumes {
+    double before = 0, after = 0;
+  };
+  std::vector<Member> members_;
+  std::vector<Index> pieces_;  // of each member, by one of them
+  std::vector<Volumes> volumes_;
+
+  void add(const Triangle& corners, const Triangle& now, std::int32_t owner, bool is_before) {
+    members_.push_back({corners, now, owner, is_before});
+  }
+  void unite(std::size_t points) {
+    std::ranges::stable_sort(members_, {}, &Member::owner);
+    geometry::DisjointSets sets(members_.size());
+    std::vector<Index> last(points, none);  // of each corner, the last one
+    for (Index i = 0; i < members_.size(); ++i)
+      for (const Index corner : members_[i].now) {
+        const Index other = std::exchange(last[corner], i);
+        if (other != none && members_[other].owner == members_[i].owner) sets.unite(other, i);
+      }
+    pieces_.resize(members_.size());
+    for (Index i = 0; i < members_.size(); ++i) pieces_[i] = sets.find(i);
+  }
+  template <typename PointOf>
+  void measure(const PointOf& point) {
+    volumes_.resize(members_.size());
+    for (Index i = 0; i < members_.size(); ++i) {
+      const Point3 origin = point(members_[pieces_[i]], 0);
+      const Point3 a = minus(point(members_[i], 0), origin), b = minus(point(members_[i], 1), origin),
+                   c = minus(point(members_[i], 2), origin);
+      Volumes& volumes = volumes_[pieces_[i]];
+      (members_[i].is_before ? volumes.before : volumes.after) += dot(a, cross(b, c)) / 6;
+    }
+  }
+};
+
+/// Parts that one surface has and the other one has not.
+std::vector<std::int32_t> parts_gone(const TriangleSurface& before, const TriangleSurface& after) {
+  std::set<std::int32_t> gone(before.owner.begin(), before.owner.end());
+  for (const std::int32_t owner : after.owner) gone.erase(owner);
+  return {gone.begin(), gone.end()};
+}
+
 }  // namespace
 
 CleanSurface cleaned(TriangleSurface surface, const CleanLength& length, unsigned threads) {
@@ -550,9 +650,11 @@ CleanSurface cleaned(TriangleSurface surface, const CleanLength& length, unsigne
     cleaner.run();
     std::vector<Index> changed;
     TriangleSurface now = cleaner.result(changed);
+    if (Pieces(surface, cleaner).fix_turned(fixed)) continue;
     const auto crossing = crossing_of(now, changed, threads);
     if (!crossing) {
       result.cleaning = cleaner.cleaning();
+      result.cleaning.vanished = parts_gone(surface, now);
       result.cleaning.length = length.at(farthest);
       result.cleaning.volume = now.volume() - surface.volume();
       result.surface = std::move(now);

@@ -134,7 +134,7 @@ SurfaceFigures measure_once(Network& network, unsigned count, unsigned threads) 
   } else {
     auto pieces = pieces_of(network.table, std::move(skins), threads, resolving);
     const double start = seconds_of_processor();
-    surface = geometry::joined(std::move(pieces));
+    surface = geometry::joined(pieces);
     figures.joining = seconds_of_processor() - start;
   }
   figures.tracing = tracing.steps();

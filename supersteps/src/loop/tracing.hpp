@@ -9,8 +9,8 @@
 
 namespace bsp2::supersteps {
 
-/// Finds the boundary without cells: each rank traces the surface in some regions, and the master puts it
-/// together. The report has measures, but neither cells nor a digest of them. Collective.
+/// Finds the boundary without cells: each rank traces the surface in a box of space of its own, and all put
+/// it together. The report has measures, but neither cells nor a digest of them. Collective.
 /// @return nothing where too many operands meet in one place: then cells are found sooner.
 /// @pre dataflow::has_plain_facets(network).
 std::optional<RunResult> tracing(Ranks& ranks, dataflow::Network<3>& network, const RunOptions& options,

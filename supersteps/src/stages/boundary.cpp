@@ -112,7 +112,7 @@ void find_boundary(Ranks& ranks, const Table& table, geometry::Skin mine, bool w
     const auto told_of_piece = told ? [&](double done) { told(shared * done); } : geometry::ToldShare();
     auto pieces = gather_all(ranks, piece_of(ranks, table, std::move(mine), threads, told_of_piece));
     ranks.agree([&] {
-      if (ranks.is_master()) boundary = geometry::joined(std::exchange(pieces, {}));
+      if (ranks.is_master()) boundary = geometry::joined(pieces);
     });
     return;
   }

@@ -190,7 +190,8 @@ std::string told(const CleaningReport& cleaning) {
   text << cleaning.file.string() << ": ";
   if (cleaning.has_given_up) {
     text << "edges shorter and triangles thinner than " << cleaning.length
-         << " were left as they are: without them the surface would cross itself; a smaller --clean may do";
+         << " were left as they are: without them the surface would cross itself, or some of it be inside "
+            "out; a smaller --clean may do";
     return text.str();
   }
   text << "for edges and triangles below " << cleaning.length << ", "
@@ -201,6 +202,24 @@ std::string told(const CleaningReport& cleaning) {
   if (cleaning.left > 0)
     text << counted(cleaning.left,
                     "; # thin triangle[s] [is|are] left that could not go without spoiling others");
+  return text.str();
+}
+
+/// Which parts are not in the file, for who gets it.
+std::string told_of_vanished(const std::filesystem::path& path, const std::vector<std::int32_t>& vanished,
+                             double length, const io::SurfaceParts& parts) {
+  std::ostringstream text;
+  text << path.string() << ": nothing is left of ";
+  std::vector<std::string> names;
+  for (const std::int32_t part : vanished)
+    if (part >= 0 && static_cast<std::size_t>(part) < parts.names.size())
+      names.push_back(parts.names[static_cast<std::size_t>(part)]);
+  if (names.size() < vanished.size()) names.push_back("no_part");
+  if (parts.names.empty())
+    text << "the solid";
+  else
+    text << parts_named(names);
+  text << ", all of whose edges and triangles are below " << length;
   return text.str();
 }
 
@@ -223,6 +242,8 @@ const geometry::TriangleSurface& surface_for(const std::filesystem::path& path, 
     return found;  // the file holds all digits, and fewer would lose something
   const model::Cleaning& what = made.cleaning;
   cleaned = std::move(made.surface);
+  if (!what.vanished.empty())
+    result.report.warnings.push_back(told_of_vanished(path, what.vanished, what.length, parts_of(result)));
   if (!result.report.boundary) return cleaned;
   const CleaningReport report{path,          what.length,      what.merged_points,       what.slivers,
                               what.left_out, what.left,        cleaned.triangles.size(), what.moved,

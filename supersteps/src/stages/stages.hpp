@@ -152,7 +152,7 @@ struct Resolution {
 /// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not,
 /// their facets are matched hyperplane by hyperplane; what no other cell covers is the boundary. Each rank
 /// glues its own regions, and some of the cuts between regions. h = facets that lie on cuts between regions
-/// of different ranks, and then the outlines of the boundary, which the master triangulates. Of a plane solid
+/// of different ranks, and then the edges of the boundary, which all triangulate. Of a plane solid
 /// the master traces the outline; h = its cells. Nothing is found for other dimensions. Collective.
 /// @param share is given up region by region: cells that nobody else holds are freed on the way.
 /// Source: the paper, section 4.2, "Resolution".
@@ -162,7 +162,7 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
                       unsigned threads);
 
 /// Puts the skins that the ranks have found together: on the master, the boundary, and its faces if they are
-/// wanted. Collective.
+/// wanted, which the master finds alone. Collective.
 void find_boundary(Ranks& ranks, const geometry::HyperplaneTable<3>& table, geometry::Skin mine,
                    bool with_faces, unsigned threads, std::optional<geometry::TriangleSurface>& boundary,
                    std::optional<geometry::Brep>& faces, const geometry::ToldShare& told);

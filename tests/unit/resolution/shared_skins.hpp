@@ -62,7 +62,7 @@ inline TriangleSurface triangulated_by_all(const HyperplaneTable<3>& table, std:
   } while (!crossings.empty());
   std::vector<SurfacePiece> pieces;
   for (const auto& share : shares) pieces.push_back(share->take());
-  return joined(std::move(pieces));
+  return joined(pieces);
 }
 
 /// Deals the faces of a skin out, and those of some to several, edge by edge. @param choose who of so many

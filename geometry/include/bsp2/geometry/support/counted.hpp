@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// Numbers in messages: the one place that knows of singular and plural. A header alone, since the programs
 /// that read files for us link no room.
@@ -51,6 +52,18 @@ std::string counted(Count count, std::string_view sentence) {
     }
   }
   return text;
+}
+
+/// "the part 'a'", or "7 parts 'a', 'b', 'c', 'd' and 3 more".
+inline std::string parts_named(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 4;
+  const std::size_t shown = names.size() <= most + 1 ? names.size() : most;  // one more takes no less space
+  std::string text = names.size() == 1 ? "the part " : counted(names.size(), "# part[s] ");
+  for (std::size_t i = 0; i < shown; ++i) {
+    const bool is_last = i + 1 == names.size();
+    text += (i == 0 ? "'" : is_last ? " and '" : ", '") + names[i] + "'";
+  }
+  return shown < names.size() ? text + " and " + grouped(names.size() - shown) + " more" : text;
 }
 
 }  // namespace bsp2

@@ -30,7 +30,7 @@ struct SurfacePiece {
 
 /// Puts the pieces of a surface together: byte for byte what `triangulate` makes of the whole skin, however
 /// the faces are dealt out.
-TriangleSurface joined(std::vector<SurfacePiece> pieces);
+TriangleSurface joined(const std::vector<SurfacePiece>& pieces);
 
 /// What one of several who share a skin has of it, and what is made of that.
 ///

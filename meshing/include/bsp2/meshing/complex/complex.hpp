@@ -49,6 +49,7 @@ struct Complex {
 /// divided into convex pieces. No point is made that is not a corner of cells or where edges of two cells on
 /// one plane cross.
 /// @param batches of dimension 3, and of the table.
+/// @param threads that work; the result is the same for any number.
 /// @throws std::logic_error if the cells do not fit together, which would be a mistake of ours.
 Complex conforming_complex(const geometry::HyperplaneTable<3>& table,
                            std::span<const std::shared_ptr<const geometry::CellBatch>> batches,

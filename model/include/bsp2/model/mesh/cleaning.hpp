@@ -24,7 +24,8 @@ struct Cleaning {
   std::uint64_t left = 0;           ///< edges and triangles that could not go without spoiling others
   double moved = 0;                 ///< the farthest that a corner came
   double volume = 0;                ///< inside now, less what was inside before
-  bool has_given_up = false;        ///< the surface would have crossed itself: it is as it was
+  bool has_given_up = false;        ///< it would have crossed itself, or been inside out: it is as it was
+  std::vector<std::int32_t> vanished;  ///< parts of which nothing is left, ascending
 
   [[nodiscard]] bool is_changed() const { return merged_points + slivers + left_out > 0; }
 };
@@ -42,7 +43,7 @@ struct CleanSurface {
 /// face, or in the middle of an edge, are left out around what has changed. No corner moves farther than the
 /// length, nor does a face at such a triangle. The result is as closed as the surface was; where it closes
 /// parts, what is between two of them moves for both. Where it would cross itself by what has changed, which
-/// is looked for exactly, everything stays as it was.
+/// is looked for exactly, everything stays as it was. A piece that would be turned inside out stays, too.
 /// @param threads that look for crossings; the result is the same for any number.
 /// @return nothing changed: the surface itself.
 [[nodiscard]] CleanSurface cleaned(geometry::TriangleSurface surface, const CleanLength& length,

@@ -94,7 +94,7 @@ struct RunOptions {
   Collect collect = Collect::automatic;
   bool boundary = false;      ///< resolution computes the surface of the IN cells (D = 3)
   bool faces = false;         ///< with `boundary`: its faces, and the interfaces between parts, too
-  bool closes_parts = false;  ///< likewise where the model is divided into parts: what touches is told apart
+  bool closes_parts = false;  ///< with `boundary`: `faces`, too, if the model is divided into parts
   bool outlines = false;      ///< with `boundary`: those of the IN cells' parts (D = 2)
   bool contacts = false;      ///< and which of them touch, and where (likewise)
   bool finds_rounds = true;   ///< the result tells pictures and CAD files what is round
