@@ -141,7 +141,7 @@ void print_surface_table(std::ostream& out, const std::vector<SurfaceTable>& mea
          "for each thread, the least of three times. Where nodes wait for each other, the\n"
          "slowest one counts: max is the sum of that over all steps. Efficiency: all that\n"
          "one node takes / (nodes x max), without and with the master's list of triangles.\n\n";
-  out << fmt::format("{} triangles\n\n  nodes             ", grouped(measured.front().triangles));
+  out << fmt::format("{}\n\n  nodes             ", counted(measured.front().triangles, "# triangle[s]"));
   for (const SurfaceTable& table : measured) out << fmt::format(" {:>9}", table.nodes);
   const auto row = [&](const char* name, auto value, int digits = 4) {
     out << fmt::format("\n  {:<18}", name);

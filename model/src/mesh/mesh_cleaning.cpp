@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <queue>
 #include <set>
@@ -110,12 +111,11 @@ class SurfaceCleaner {
     return point;
   }
   [[nodiscard]] const Point3& point(Index i) const { return points_[i]; }
-  /// Is shown each triangle that there is, and its part.
-  template <typename See>
-  void visit(const See& see) const {
-    for (Index i = 0; i < triangles_.size(); ++i)
-      if (is_there(i)) see(triangles_[i], owner_[i]);
-  }
+  /// Triangles, of which some may be gone.
+  [[nodiscard]] std::size_t triangles() const { return triangles_.size(); }
+  [[nodiscard]] bool is_there(Index i) const { return triangles_[i][0] != none; }
+  [[nodiscard]] const Triangle& triangle(Index i) const { return triangles_[i]; }
+  [[nodiscard]] std::int32_t owner(Index i) const { return owner_[i]; }
 
   /// @param changed gets the triangles of it that are not of the surface, by their numbers.
   TriangleSurface result(std::vector<Index>& changed) {
@@ -175,7 +175,6 @@ class SurfaceCleaner {
 
   [[nodiscard]] double limit_at(Index corner) const { return length_.at(farthest_of(points_[corner])); }
   [[nodiscard]] bool is_thin(const Shape& s) const { return s.thickness() < length_.at(s.farthest()); }
-  [[nodiscard]] bool is_there(Index i) const { return triangles_[i][0] != none; }
   void remove(Index i) {
     for (const Index corner : triangles_[i]) is_touched_[corner] = true;
     triangles_[i][0] = none;
@@ -556,72 +555,70 @@ bool fix(const SurfaceCleaner& cleaner, const std::vector<Point3>& places, std::
 /// What of a surface hangs together, of one part where each is closed by itself, before and after.
 class Pieces {
  public:
-  Pieces(const TriangleSurface& before, const SurfaceCleaner& cleaner) {
-    for (std::size_t i = 0; i < before.triangles.size(); ++i) {
-      Triangle now = before.triangles[i];
-      for (Index& corner : now) corner = cleaner.representative(corner);
-      add(before.triangles[i], now, before.closes_parts ? before.owner[i] : 0, true);
-    }
-    cleaner.visit(
-        [&](const Triangle& t, std::int32_t owner) { add(t, t, before.closes_parts ? owner : 0, false); });
-    unite(before.points.size());
-    measure([&](const Member& m, std::size_t k) -> const Point3& {
-      return m.is_before ? before.points[m.corners[k]] : cleaner.point(m.corners[k]);
-    });
+  Pieces(const TriangleSurface& before, const SurfaceCleaner& cleaner)
+      : before_(before), cleaner_(cleaner), sets_(before.triangles.size() + cleaner.triangles()) {
+    std::vector<Index> order(before.triangles.size() + cleaner.triangles());
+    std::iota(order.begin(), order.end(), Index{0});
+    if (before.closes_parts) std::ranges::stable_sort(order, {}, [&](Index i) { return owner(i); });
+    unite(order);
+    for (const Index i : order) measure(i);
   }
 
   /// Fixes the corners of those that are inside out now. @return whether there are any.
-  bool fix_turned(std::vector<bool>& fixed) const {
+  bool fix_turned(std::vector<bool>& fixed) {
     bool is_any = false;
-    for (std::size_t i = 0; i < members_.size(); ++i) {
-      const Volumes& volumes = volumes_[pieces_[i]];
+    for (Index i = 0; i < before_.triangles.size(); ++i) {
+      const Volumes& volumes = volumes_[sets_.find(i)];
       const bool is_turned =
           (volumes.before < 0 && volumes.after > 0) || (volumes.before > 0 && volumes.after < 0);
-      if (!members_[i].is_before || !is_turned) continue;
+      if (!is_turned) continue;
       is_any = true;
-      for (const Index corner : members_[i].corners) fixed[corner] = true;
+      for (const Index corner : before_.triangles[i]) fixed[corner] = true;
     }
     return is_any;
   }
 
  private:
-  struct Member {
-    Triangle corners, now;
-    std::int32_t owner;
-    bool is_before;
-  };
   struct Volumes {
     double before = 0, after = 0;
   };
-  std::vector<Member> members_;
-  std::vector<Index> pieces_;  // of each member, by one of them
-  std::vector<Volumes> volumes_;
+  const TriangleSurface& before_;
+  const SurfaceCleaner& cleaner_;
+  geometry::DisjointSets sets_;  // of the triangles before, and behind them those after
+  std::unordered_map<Index, Volumes> volumes_;
 
-  void add(const Triangle& corners, const Triangle& now, std::int32_t owner, bool is_before) {
-    members_.push_back({corners, now, owner, is_before});
+  [[nodiscard]] bool was_before(Index i) const { return i < before_.triangles.size(); }
+  [[nodiscard]] Index after(Index i) const { return i - static_cast<Index>(before_.triangles.size()); }
+  [[nodiscard]] bool is_there(Index i) const { return was_before(i) || cleaner_.is_there(after(i)); }
+  [[nodiscard]] const Triangle& triangle(Index i) const {
+    return was_before(i) ? before_.triangles[i] : cleaner_.triangle(after(i));
   }
-  void unite(std::size_t points) {
-    std::ranges::stable_sort(members_, {}, &Member::owner);
-    geometry::DisjointSets sets(members_.size());
-    std::vector<Index> last(points, none);  // of each corner, the last one
-    for (Index i = 0; i < members_.size(); ++i)
-      for (const Index corner : members_[i].now) {
-        const Index other = std::exchange(last[corner], i);
-        if (other != none && members_[other].owner == members_[i].owner) sets.unite(other, i);
+  [[nodiscard]] std::int32_t owner(Index i) const {
+    return was_before(i) ? before_.owner[i] : cleaner_.owner(after(i));
+  }
+  [[nodiscard]] const Point3& point(Index i, std::size_t k) const {
+    const Index corner = triangle(i)[k];
+    return was_before(i) ? before_.points[corner] : cleaner_.point(corner);
+  }
+
+  void unite(const std::vector<Index>& order) {
+    std::vector<Index> last(before_.points.size(), none);  // of each corner, the last one of the part
+    for (const Index i : order) {
+      if (!is_there(i)) continue;
+      for (const Index corner : triangle(i)) {
+        const Index other = std::exchange(last[cleaner_.representative(corner)], i);
+        if (other != none && (!before_.closes_parts || owner(other) == owner(i))) sets_.unite(other, i);
       }
-    pieces_.resize(members_.size());
-    for (Index i = 0; i < members_.size(); ++i) pieces_[i] = sets.find(i);
-  }
-  template <typename PointOf>
-  void measure(const PointOf& point) {
-    volumes_.resize(members_.size());
-    for (Index i = 0; i < members_.size(); ++i) {
-      const Point3 origin = point(members_[pieces_[i]], 0);
-      const Point3 a = minus(point(members_[i], 0), origin), b = minus(point(members_[i], 1), origin),
-                   c = minus(point(members_[i], 2), origin);
-      Volumes& volumes = volumes_[pieces_[i]];
-      (members_[i].is_before ? volumes.before : volumes.after) += dot(a, cross(b, c)) / 6;
     }
+  }
+  void measure(Index i) {
+    if (!is_there(i)) return;
+    const Index piece = sets_.find(i);
+    const Point3& origin = point(piece, 0);
+    const Point3 a = minus(point(i, 0), origin), b = minus(point(i, 1), origin),
+                 c = minus(point(i, 2), origin);
+    Volumes& volumes = volumes_[piece];
+    (was_before(i) ? volumes.before : volumes.after) += dot(a, cross(b, c)) / 6;
   }
 };
 

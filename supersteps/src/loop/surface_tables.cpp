@@ -188,7 +188,7 @@ std::vector<SurfaceFigures> measure_surface(const RunOptions& options,
     SurfaceFigures figures = measure_once(network, count, threads);
     for (int time = 1; time < times; ++time) take_least(measure_once(network, count, threads), figures);
     if (!result.empty() && result.front().digest != figures.digest)
-      throw std::logic_error("the surface of " + std::to_string(count) + " nodes is another one");
+      throw std::logic_error("the surface is another one where the nodes are " + std::to_string(count));
     figures.nodes = count;
     result.push_back(std::move(figures));
   }
