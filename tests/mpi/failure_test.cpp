@@ -31,8 +31,9 @@ struct Ended {
 
 Ended start(const std::string& environment, int ranks, const std::string& arguments) {
   const auto begin = std::chrono::steady_clock::now();
-  const std::string command = environment + " timeout --kill-after=5 120 " + MPIEXEC + " --oversubscribe -n " +
-                              std::to_string(ranks) + " " + FAILING_PROGRAM + " " + arguments + " 2>&1";
+  const std::string command = environment + " timeout --kill-after=5 120 " + MPIEXEC +
+                              " --oversubscribe -n " + std::to_string(ranks) + " " + FAILING_PROGRAM + " " +
+                              arguments + " 2>&1";
   FILE* pipe = popen(command.c_str(), "r");
   std::string text;
   std::array<char, 4096> buffer;
