@@ -7,9 +7,9 @@
 #include <span>
 #include <utility>
 
+#include "bsp2/geometry/support/disjoint_sets.hpp"
 #include "builder/polyhedron.hpp"
 #include "mesh/box_tree.hpp"
-#include "mesh/disjoint_sets.hpp"
 #include "mesh/mesh_line.hpp"
 
 namespace bsp2::model {
@@ -277,28 +277,28 @@ class SideFinder {
 }  // namespace
 
 Shells shells_of(const TriangleMesh& mesh) {
-  DisjointSets sets(mesh.triangles.size());
+  geometry::DisjointSets sets(mesh.triangles.size());
   for_each_edge(mesh, [&](std::span<const Use> uses) {
-    if (uses.size() == 2) sets.join(uses[0].triangle, uses[1].triangle);
+    if (uses.size() == 2) sets.unite(uses[0].triangle, uses[1].triangle);
   });
   // Where more than two triangles meet: what is closed there already stays by itself.
   for_each_edge(mesh, [&](std::span<Use> uses) {
     if (uses.size() <= 2) return;
     std::sort(uses.begin(), uses.end(),
-              [&](const Use& x, const Use& y) { return sets.of(x.triangle) < sets.of(y.triangle); });
+              [&](const Use& x, const Use& y) { return sets.find(x.triangle) < sets.find(y.triangle); });
     std::vector<std::uint32_t> open;
     for (std::size_t first = 0, last = 0; first < uses.size(); first = last) {
       int excess = 0;
-      for (; last < uses.size() && sets.of(uses[last].triangle) == sets.of(uses[first].triangle); ++last)
+      for (; last < uses.size() && sets.find(uses[last].triangle) == sets.find(uses[first].triangle); ++last)
         excess += uses[last].direction;
       if (excess != 0) open.push_back(uses[first].triangle);
     }
-    for (const std::uint32_t triangle : open) sets.join(open.front(), triangle);
+    for (const std::uint32_t triangle : open) sets.unite(open.front(), triangle);
   });
   Shells shells;
   shells.of.resize(mesh.triangles.size());
   for (std::uint32_t i = 0; i < shells.of.size(); ++i)
-    shells.of[i] = sets.of(i) == i ? shells.count++ : shells.of[sets.of(i)];
+    shells.of[i] = sets.find(i) == i ? shells.count++ : shells.of[sets.find(i)];
   return shells;
 }
 

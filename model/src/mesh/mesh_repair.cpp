@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "mesh/disjoint_sets.hpp"
+#include "bsp2/geometry/support/disjoint_sets.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -247,13 +247,13 @@ double winding_number(const std::vector<Point3>& points, const std::vector<Trian
 
 std::size_t leave_out_sheets(const std::vector<Point3>& points, std::vector<Triangle>& own,
                              std::vector<Triangle>& caps) {
-  DisjointSets groups(points.size());
+  geometry::DisjointSets groups(points.size());
   for (const auto* triangles : {&own, &caps})
     for (const Triangle& triangle : *triangles)
-      groups.join(triangle[0], triangle[1]), groups.join(triangle[0], triangle[2]);
+      groups.unite(triangle[0], triangle[1]), groups.unite(triangle[0], triangle[2]);
   std::map<std::uint32_t, Part> parts;
-  for (const Triangle& triangle : own) parts[groups.of(triangle[0])].own.push_back(triangle);
-  for (const Triangle& triangle : caps) parts[groups.of(triangle[0])].caps.push_back(triangle);
+  for (const Triangle& triangle : own) parts[groups.find(triangle[0])].own.push_back(triangle);
+  for (const Triangle& triangle : caps) parts[groups.find(triangle[0])].caps.push_back(triangle);
   // As many samples as may be needed where one part is small, fewer where there are lots of parts.
   constexpr std::size_t most_work = 40'000'000, most_samples = 8192;
   std::size_t to_look_at = 0, left_out = 0;

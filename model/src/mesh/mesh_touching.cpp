@@ -5,7 +5,7 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "mesh/disjoint_sets.hpp"
+#include "bsp2/geometry/support/disjoint_sets.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -46,24 +46,24 @@ std::vector<OpenSide> open_sides(const std::vector<MeshView>& meshes) {
 
 std::vector<std::vector<std::size_t>> closed_together(const std::vector<MeshView>& meshes) {
   const std::vector<OpenSide> sides = open_sides(meshes);
-  DisjointSets sets(meshes.size());
+  geometry::DisjointSets sets(meshes.size());
   std::vector<bool> is_open(meshes.size());  // even with all that have the same edge
   for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
     int excess = 0;
     while (end < sides.size() && sides[end].edge.a == sides[begin].edge.a &&
            sides[end].edge.b == sides[begin].edge.b) {
-      sets.join(sides[begin].mesh, sides[end].mesh);
+      sets.unite(sides[begin].mesh, sides[end].mesh);
       excess += sides[end++].edge.excess;
     }
     if (excess != 0) is_open[sides[begin].mesh] = true;
   }
   for (std::uint32_t m = 0; m < meshes.size(); ++m)
-    if (is_open[m]) is_open[sets.of(m)] = true;
+    if (is_open[m]) is_open[sets.find(m)] = true;
   std::vector<std::vector<std::size_t>> groups;
   std::unordered_map<std::uint32_t, std::size_t> group_of;
   for (std::uint32_t m = 0; m < meshes.size(); ++m) {
-    const bool is_alone = is_open[sets.of(m)];
-    const auto [found, is_new] = group_of.try_emplace(sets.of(m), groups.size());
+    const bool is_alone = is_open[sets.find(m)];
+    const auto [found, is_new] = group_of.try_emplace(sets.find(m), groups.size());
     if (is_new || is_alone)
       groups.push_back({m});
     else
