@@ -28,7 +28,8 @@ struct Side {
   [[nodiscard]] double at(double v) const {
     if (v <= low[1]) return low[0];
     if (v >= high[1]) return high[0];
-    return low[0] + (high[0] - low[0]) * ((v - low[1]) / (high[1] - low[1]));
+    const double share = (v - low[1]) / (high[1] - low[1]);
+    return std::lerp(low[0], high[0], share <= 1 ? share : 0.5);  // where differences are infinite
   }
 };
 
