@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The page of `bsp2 view` in a real browser: run.sh PROGRAM PAGE WORK. PAGE is the folder of the page, WORK one for what npm fetches.
+# The page of `bsp2 view` in a real browser: run.sh PROGRAM PAGE WORK [use|detail]. PAGE is the folder of the page, WORK one for what npm
+# fetches; of the test all or a part is done.
 # Exit code 77: what it needs is not there. BSP2_SCREENSHOTS=DIR keeps pictures to be looked at.
 set -euo pipefail
 program=$1 page=$2 work=$3
@@ -25,4 +26,4 @@ if ! cmp -s "$here/package-lock.json" "$work/package-lock.json" || [[ ! -d $work
   }
 fi
 cp "$here/view_test.mjs" "$work/"
-exec node "$work/view_test.mjs" "$program" "$browser"
+exec node "$work/view_test.mjs" "$program" "$browser" "${@:4}"

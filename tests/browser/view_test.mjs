@@ -1,4 +1,4 @@
-// bsp2 view as a person uses it: node view_test.mjs PROGRAM BROWSER
+// bsp2 view as a person uses it: node view_test.mjs PROGRAM BROWSER [use|detail]
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { mkdtemp, mkdir, rename, rm, writeFile } from 'node:fs/promises';
@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
 
-const [program, executablePath] = process.argv.slice(2);
+const [program, executablePath, wanted] = process.argv.slice(2);
 const seed = Number(process.env.BSP2_SEED ?? Math.floor(Math.random() * 2 ** 31));
 console.log(`BSP2_SEED=${seed}`);
 let state = seed;
@@ -94,12 +94,12 @@ async function step(name, work) {
   console.log(`ok - ${name} (${((Date.now() - start) / 1000).toFixed(1)} s)`);
 }
 
-let failed = 0;
-try {
+/** What one does with a page of a model. */
+async function use() {
   const file = join(folder, 'model.csg');
   await writeFile(file, box(10));
   const run = await view(file);
-  let page = await open(run.link);
+  const page = await open(run.link);
 
   await step('the first picture, and the surface in its place', async () => {
     await until(page, () => window.bsp2?.stats.firstPicture > 0);
@@ -279,7 +279,11 @@ try {
     await page.context().close();
     assert.equal(await run.ended, 0);
   });
+}
 
+/** How much of a solid a page gets, and when. */
+async function detail() {
+  let page;
   await step('many regions are drawn in blocks, and look as they do by themselves', async () => {
     const cubes = join(folder, 'cubes.csg');
     await writeFile(cubes, Array.from({ length: 1000 }, (_, i) => `multmatrix([[1,0,0,${2 * (i % 10)}],[0,1,0,${2 * (Math.floor(i / 10) % 10)}],[0,0,1,${2 * Math.floor(i / 100)}],[0,0,0,1]]) cube(1);`).join('\n'));
@@ -482,6 +486,12 @@ try {
     assert.ok((await covered(page)).count > 0, 'what was there stays');
     await page.context().close();
   });
+}
+
+const parts = { use, detail };
+let failed = 0;
+try {
+  for (const part of wanted ? [wanted] : Object.keys(parts)) await parts[part]();
 } catch (error) {
   failed = 1;
   console.log(`not ok - ${error.stack}`);
