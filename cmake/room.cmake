@@ -2,9 +2,10 @@
 # alone by the target `verify_headers`), private ones beside the sources. It sees only what it links. Where CMAKE_UNITY_BUILD is on, the
 # sources of a folder are compiled as one: what they include and instantiate is compiled once, in half the time.
 #
-#   bsp2_room(<name> [PRECOMPILED] SOURCES ... [COLD folders...] [HEADERS ...] [PUBLIC targets...] [PRIVATE targets...])
+#   bsp2_room(<name> [PRECOMPILED] [HOT] SOURCES ... [COLD folders...] [HEADERS ...] [PUBLIC targets...] [PRIVATE targets...])
 #
-# COLD folders of src/ do nothing that takes time: they are optimized less, and a build is done sooner.
+# COLD folders of src/ do nothing that takes time: they are optimized less, and a build is done sooner. Under the sanitizers only HOT rooms
+# are optimized at all.
 include_guard()
 
 add_library(bsp2_options INTERFACE)
@@ -20,17 +21,20 @@ if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # It takes a source that another one includes for a header, and warns of what a class hides in it.
   target_compile_options(bsp2_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
 endif()
+find_program(BSP2_MOLD mold)
 if(BSP2_SANITIZE)
   target_compile_options(bsp2_options INTERFACE -fsanitize=${BSP2_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(bsp2_options INTERFACE -fsanitize=${BSP2_SANITIZE})
-  find_program(BSP2_MOLD mold)
   if(BSP2_MOLD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # These programs are ten times as large as others, and it links them in a third of the time.
     target_link_options(bsp2_options INTERFACE -fuse-ld=mold)
   endif()
   if(BSP2_SANITIZE MATCHES "undefined" AND BSP2_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # Each access would be looked at twice: where a pointer they doubt is used, AddressSanitizer stops too. They take a fifth of the build.
-    target_compile_options(bsp2_options INTERFACE -fno-sanitize=null,object-size,pointer-overflow)
+    # Each access would be looked at twice: where a pointer they doubt is used, AddressSanitizer stops too. They take a fifth of the build;
+    # so does alignment, for which no processor that we build for asks, but for vectors: with these the release build would stop. Long
+    # functions call AddressSanitizer rather than hold what it does: a fifth again, and the tests take as long.
+    target_compile_options(bsp2_options INTERFACE -fno-sanitize=null,object-size,pointer-overflow,alignment
+      --param=asan-instrumentation-with-call-threshold=60)
   endif()
 endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
@@ -104,7 +108,7 @@ function(bsp2_compile_for_room target name)
 endfunction()
 
 function(bsp2_room name)
-  cmake_parse_arguments(ROOM "PRECOMPILED" "" "SOURCES;COLD;HEADERS;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "PRECOMPILED;HOT" "" "SOURCES;COLD;HEADERS;PUBLIC;PRIVATE" ${ARGN})
   set(cold)
   if(ROOM_COLD)
     set(cold ${ROOM_SOURCES})
@@ -116,6 +120,14 @@ function(bsp2_room name)
   if(ROOM_PRECOMPILED)
     set(precompiled PRECOMPILED bsp2_precompiled)
   endif()
+  set(precompiled_cold ${precompiled})
+  if(ROOM_PRECOMPILED AND BSP2_SANITIZE)
+    set(precompiled_cold PRECOMPILED bsp2_precompiled_cold)
+  endif()
+  if(BSP2_SANITIZE AND NOT ROOM_HOT)
+    list(APPEND ROOM_PRIVATE $<BUILD_INTERFACE:bsp2_cold_options>)
+    set(precompiled ${precompiled_cold})
+  endif()
   add_library(bsp2_${name} STATIC ${ROOM_SOURCES})
   add_library(bsp2::${name} ALIAS bsp2_${name})
   set_target_properties(bsp2_${name} PROPERTIES EXPORT_NAME ${name} VERIFY_INTERFACE_HEADER_SETS ON)
@@ -125,11 +137,8 @@ function(bsp2_room name)
   bsp2_compile_for_room(bsp2_${name} ${name} ${precompiled} SOURCES ${ROOM_SOURCES} LINK ${ROOM_PRIVATE})
   if(cold)
     set(target bsp2_${name}_cold)
-    if(ROOM_PRECOMPILED AND BSP2_SANITIZE)
-      set(precompiled PRECOMPILED bsp2_precompiled_cold)
-    endif()
     add_library(${target} OBJECT ${cold})
-    bsp2_compile_for_room(${target} ${name} ${precompiled} SOURCES ${cold}
+    bsp2_compile_for_room(${target} ${name} ${precompiled_cold} SOURCES ${cold}
       LINK bsp2_cold_options ${ROOM_PUBLIC} ${ROOM_PRIVATE})
     # What the room is given later on as well.
     target_include_directories(${target} PRIVATE $<TARGET_PROPERTY:bsp2_${name},INCLUDE_DIRECTORIES>)

@@ -1,6 +1,6 @@
 # Random programs against the sequential model: with shared staging memory, with messages only, and with little of it.
 add_library(bsplib_random_programs OBJECT random_test.cpp)
-target_link_libraries(bsplib_random_programs PRIVATE bsp2::bsplib bsp2_options)
+target_link_libraries(bsplib_random_programs PRIVATE bsp2::bsplib bsp2_test_options)
 add_executable(bsplib_random $<TARGET_OBJECTS:bsplib_random_programs>)
 target_link_libraries(bsplib_random PRIVATE bsp2::bsplib)
 foreach(ranks 1 2 3 4)
@@ -30,7 +30,7 @@ foreach(entry ${defects})
   add_executable(bsplib_defect_${defect} $<TARGET_OBJECTS:bsplib_random_programs> ${files})
   target_include_directories(bsplib_defect_${defect} PRIVATE ${BSPLIB_DIR}/include ${BSPLIB_DIR}/src)
   target_compile_definitions(bsplib_defect_${defect} PRIVATE BSP2_BSPLIB_DEFECT=${number})
-  target_link_libraries(bsplib_defect_${defect} PRIVATE bsp2_options bsp2::bsplib)
+  target_link_libraries(bsplib_defect_${defect} PRIVATE bsp2_test_options bsp2::bsplib)
   bsplib_run(bsplib.defect.${defect} RANKS 2 COMMAND bsplib_defect_${defect} 1 2000
     FAILS "MISMATCH seed|bsp_[a-z_/]*: " TIMEOUT 120)
 endforeach()

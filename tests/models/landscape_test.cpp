@@ -9,6 +9,7 @@
 #include <string>
 
 #include "models.hpp"
+#include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
@@ -22,6 +23,9 @@ double work_of(const supersteps::RunReport& report) {
 
 class Landscapes : public testing::Test {
  protected:
+  void SetUp() override {
+    if (samples::is_sanitized) GTEST_SKIP() << "what it does is counted, the same in any build";
+  }
   /// @param number prints a height.
   template <typename Height>
   supersteps::RunReport report_of(int width, int height, double coincidence, Height&& number) {

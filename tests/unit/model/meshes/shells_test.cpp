@@ -243,11 +243,13 @@ TEST(Shells, ADeepNestIsToldApart) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  std::vector<int> sizes(400);
+  const int count = 2 * samples::rounds(200);
+  std::vector<int> sizes(static_cast<std::size_t>(count));
   std::iota(sizes.begin(), sizes.end(), 1);
   std::shuffle(sizes.begin(), sizes.end(), random);
   TriangleMesh good, alike, bad;
-  const int first_turned = 1 + static_cast<int>(random() % 400);  // it and all around it
+  const int first_turned =
+      1 + static_cast<int>(random() % static_cast<unsigned>(count));  // it and all around it
   for (const int size : sizes) {
     const Block block{{-size, -size, -size}, {size, size, size}};
     const bool is_cavity = size % 2 != 0;  // the largest is a solid
@@ -257,9 +259,9 @@ TEST(Shells, ADeepNestIsToldApart) {
   }
   const TriangleMesh expected = good;
   EXPECT_EQ(turn_shells(good).turned, 0U);
-  EXPECT_EQ(turn_shells(bad).turned, static_cast<std::uint32_t>(401 - first_turned));
+  EXPECT_EQ(turn_shells(bad).turned, static_cast<std::uint32_t>(count + 1 - first_turned));
   EXPECT_EQ(bad.triangles, expected.triangles);
-  EXPECT_EQ(turn_shells(alike).nested, 399U);
+  EXPECT_EQ(turn_shells(alike).nested, static_cast<std::uint32_t>(count - 1));
 }
 
 TEST(Shells, AShellIsTurnedByItselfHoweverThinItIs) {
