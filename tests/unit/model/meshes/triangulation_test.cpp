@@ -114,7 +114,7 @@ TEST(Triangulation, KeepsTheEdgesOfAnyFace) {
   }
 }
 
-/// Eight times the corners of a spiral take about ten times as long, not 64 times.
+/// 16 times the corners of a spiral take some 25 times as long, 60 on a busy machine, not 256 times.
 TEST(Triangulation, TimeGrowsLikeNLogN) {
   if (samples::is_sanitized) GTEST_SKIP() << "times are those of other builds";
   const auto seconds = [](std::size_t corners) {
@@ -127,7 +127,7 @@ TEST(Triangulation, TimeGrowsLikeNLogN) {
     }
     return least;
   };
-  EXPECT_LT(seconds(40'000), 30 * seconds(5'000) + 0.01);
+  EXPECT_LT(seconds(40'000), 120 * seconds(2'500) + 0.01);
 }
 
 TEST(IndexSet, FindsTheNextOne) {
