@@ -239,6 +239,9 @@ TEST(Suspension, ChangesNothingAtALevel) {
 
 /// However short a step is, it does something new, and looks at nothing twice that stays FUZZY.
 TEST(Suspension, ShortStepsComeToAnEnd) {
+#ifdef __SANITIZE_THREAD__
+  GTEST_SKIP() << "thousands of steps take minutes here, and their threads do what those of other tests do";
+#endif
   const Network<3> network =
       compile<3>(model::subtract({model::ball(3, 1), model::cuboid({1, 1, 1}, true)}), {});
   for (const Order order : {Order::depth, Order::priority}) {
