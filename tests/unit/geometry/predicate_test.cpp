@@ -519,8 +519,9 @@ TEST(PredicateInSpace, AgreesWithRationalsWhereCornersAreKnown) {
     check_vertices(model, random, 40, 12, seen);
     if (testing::Test::HasFatalFailure()) return;
   }
-  EXPECT_GT(seen.exact, samples::rounds(250U));  // some 500, rarely fewer
-  EXPECT_GT(seen.exact_off, samples::rounds(50U));
+  // Of the 8 rounds under sanitizers 86 to 467 were seen, of each of both nearly as many: rounds differ much.
+  EXPECT_GT(seen.exact, samples::rounds(100U));
+  EXPECT_GT(seen.exact_off, samples::rounds(100U));
 }
 
 TEST(PredicateInSpace, AgreesWithRationalsOnLathesAndMeshesUnderTheirLargestCoefficients) {
