@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -76,7 +77,7 @@ class Sweep {
   void fill(double low, double high) {
     std::erase_if(met_, [&](std::size_t i) { return sides_[i].high[1] <= low; });
     for (; next_ < sides_.size() && sides_[next_].low[1] <= low; ++next_) met_.push_back(next_);
-    for (const std::size_t i : met_) sides_[i].between = sides_[i].at((low + high) / 2);
+    for (const std::size_t i : met_) sides_[i].between = sides_[i].at(std::midpoint(low, high));
     const auto is_before = [&](std::size_t a, std::size_t b) {
       return std::tie(sides_[a].between, sides_[a].winding, a) <
              std::tie(sides_[b].between, sides_[b].winding, b);

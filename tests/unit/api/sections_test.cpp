@@ -102,6 +102,25 @@ TEST(Sections, FiguresAreFilledWhereTheirEdgesGoAroundAPlace) {
   }
 }
 
+/// Where two ends are farther apart than a double can say.
+TEST(Sections, TheLargestNumbersAreFilledToo) {
+  const double far = 0x1.8p1023;
+  const std::vector<FigureEdge> edges{{{-far, -far}, {far, -far}},
+                                      {{far, -far}, {far, far}},
+                                      {{far, far}, {-far, 0}},
+                                      {{-far, 0}, {-far, -far}}};
+  const auto all = filled(edges);
+  ASSERT_EQ(all.size(), 2U);
+  for (const Trapezoid& each : all) {
+    EXPECT_LT(each.low, each.high);
+    for (const std::size_t end : {0U, 1U}) {
+      EXPECT_GE(each.left[end], -far);
+      EXPECT_LE(each.left[end], each.right[end]);
+      EXPECT_LE(each.right[end], far);
+    }
+  }
+}
+
 TEST(Sections, ABoxIsOneTrapezoidAndItsHoleMakesFour) {
   const auto box = [](double low, double high) {
     return std::vector<FigureEdge>{{{low, low}, {high, low}},
