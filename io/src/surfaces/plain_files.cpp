@@ -83,7 +83,7 @@ std::map<std::int32_t, std::string> obj_words(const TriangleSurface& surface, co
 
 Pieces to_stl(const SingleSurface& surface) {
   std::string head = "binary STL, written by bsp2";  // must not begin with "solid"
-  head.resize(80, '\0');  // readers print it, some of them up to the first zero
+  head.resize(80, '\0');                             // readers print it, some of them up to the first zero
   std::array<char, sizeof(std::uint32_t)> count;
   put(count.data(), static_cast<std::uint32_t>(surface.triangles.size()));
   head.append(count.data(), count.size());
