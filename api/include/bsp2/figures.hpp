@@ -57,7 +57,7 @@ struct MeshFigures {
   double volume = 0;
   double size = 0, clean = 0;
   // Of tetrahedra.
-  std::uint64_t cells_at_first = 0, moved_points = 0, taken_away = 0;
+  std::uint64_t cells_at_first = 0, moved_points = 0, bent_edges = 0, taken_away = 0;
   double largest_move = 0;
   double smallest_angle = 0, largest_angle = 0, mean_smallest_angle = 0;  ///< dihedral, in degrees
   double smallest_aspect = 0, mean_aspect = 0;                            ///< regular: 1, flat: 0

@@ -245,28 +245,45 @@ class SolverMeshMaker {
                               dashes_, options.clean));
     summary_.cells_at_first = shaped.tetrahedra_at_first;
     summary_.moved_points = shaped.moved_points;
+    summary_.bent_edges = shaped.bent_edges;
     summary_.largest_move = shaped.largest_move;
     summary_.taken_away = shaped.taken_away;
     tell_what_moved(shaped, options.clean, total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before);
     name_faces();
     options_.dual ? make_dual() : tell_quality();
+    tell_details(shaped);
     summary_.seconds_of_shape = seconds_since(start);
   }
 
   void tell_what_moved(const meshing::ShapeReport& shaped, double clean, double volume) {
-    std::string text;
+    std::string absorbed;
     if (shaped.moved_points > 0)
-      text = fmt::format("{} moved, by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}",
-                         counted(shaped.moved_points, "# corner[s] of the solid [was|were]"),
-                         shaped.largest_move, dashes_, clean);
+      absorbed = counted(shaped.moved_points, "# corner[s] of the solid [was|were] moved");
+    if (shaped.bent_edges > 0)
+      absorbed += (absorbed.empty() ? "" : " and ") +
+                  counted(shaped.bent_edges, "# edge[s] [was|were] bent to lead through a corner");
+    if (!absorbed.empty())
+      absorbed += fmt::format(", by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}",
+                              shaped.largest_move, dashes_, clean);
+    std::string placed;
     if (shaped.placed > 0)
-      text += fmt::format("{}{} put on the true surface of what is round, by {:.3g} at most",
-                          text.empty() ? "" : ", and ", counted(shaped.placed, "# point[ was|s were]"),
-                          shaped.largest_placing);
-    if (!text.empty()) made_.notes.push_back(text + fmt::format("; the volume changed by {:.3g}", volume));
+      placed = fmt::format("{} put on the true surface of what is round, by {:.3g} at most",
+                           counted(shaped.placed, "# point[ was|s were]"), shaped.largest_placing);
+    if (const std::string text = absorbed + (absorbed.empty() || placed.empty() ? "" : ", and ") + placed;
+        !text.empty())
+      made_.notes.push_back(text + fmt::format("; the volume changed by {:.3g}", volume));
     if (shaped.taken_away > 0)
       made_.notes.push_back(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away, ") +
                             "between what doubles hold for one plane or line");
+  }
+
+  /// What was too much to be meshed finely, where that has left thin tetrahedra.
+  void tell_details(const meshing::ShapeReport& shaped) {
+    if (shaped.too_many == 0 || summary_.below[2] == 0) return;
+    made_.notes.push_back(fmt::format(
+        "where the solid is thinner than {:.2g} tetrahedra are thin, too: good ones would be more than {}; a "
+        "larger {}clean (now {:.3g}) absorbs what is thin",
+        shaped.detail * summary_.size, counted(std::llround(shaped.too_many), "#"), dashes_, summary_.clean));
   }
 
   static double total(const std::vector<double>& volumes) {

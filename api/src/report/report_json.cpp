@@ -110,6 +110,7 @@ Json made(const MeshFigures& mesh) {
     json["size"] = mesh.size;
     json["clean"] = mesh.clean;
     json["moved_corners"] = mesh.moved_points;
+    json["bent_edges"] = mesh.bent_edges;
     json["largest_move"] = mesh.largest_move;
     json["taken_away"] = mesh.taken_away;
   }

@@ -53,6 +53,19 @@ class Editor {
   void find_neighbours(std::uint32_t p, std::vector<std::uint32_t>& all) const;
   [[nodiscard]] double length(std::uint32_t u, std::uint32_t v) const;
   [[nodiscard]] double volume(std::uint32_t t) const;
+  /// How far a point is from the segment between two others; nothing if no point inside of that is the
+  /// nearest.
+  [[nodiscard]] std::optional<double> distance_from_edge(std::uint32_t m, std::uint32_t u,
+                                                         std::uint32_t v) const;
+  /// Whether an edge is one of the solid: it is on sides, and not on one alone that goes on across it.
+  [[nodiscard]] bool is_sharp(std::uint32_t u, std::uint32_t v) const {
+    const Ring ring = ring_of(u, v);
+    return !ring.is_inside() && !ring.is_flat();
+  }
+  /// Whether an edge is on sides.
+  [[nodiscard]] bool is_on_surface(std::uint32_t u, std::uint32_t v) const {
+    return !ring_of(u, v).is_inside();
+  }
   [[nodiscard]] double worst_at(std::uint32_t p) const;
   /// The tetrahedron on the other side of a face, or `none`.
   [[nodiscard]] std::uint32_t beyond(std::uint32_t t, int face) const;
@@ -101,6 +114,9 @@ class Editor {
   bool merge(std::uint32_t u, std::uint32_t v, bool may_leave_more);
   /// Where a point of the tetrahedron is on one of its edges, the edge leads through the point.
   bool attach(std::uint32_t t, double most);
+  /// An edge that leads by a point of its tetrahedra leads through it then; as many may be turned over as
+  /// before.
+  bool lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m);
   /// Where two edges of the tetrahedron cross, both lead through a new point.
   bool cross_edges(std::uint32_t t, double most);
   /// Takes out the tetrahedron with those around it, and fills the hole from a new point inside.

@@ -73,6 +73,8 @@ class Shaping {
       }
     for (const Piece::Shared& shared : shared_)
       piece.shared.push_back({map[shared.point], shared.of_whole, shared.wanted});
+    piece.detail = wanted_.detail();
+    piece.too_many = wanted_.too_many();
     return piece;
   }
 
@@ -81,6 +83,7 @@ class Shaping {
   Editor editor_;
   ShapeReport report_;
   std::vector<double> moved_;          // how far what has become this point was moved, at most
+  std::map<Pair, double> bent_;        // by edge: how far what it was was from it, at most
   std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
   WantedLengths wanted_{editor_, options_, shared_};
@@ -261,8 +264,49 @@ class Shaping {
           continue;
         if (collapse_either(u, v, {.shape = 0, .length = 0}) || merge_either(u, v, false)) ++changed;
       }
+      changed += lead_edges_through_points();
       if (changed == 0) return;
     }
+  }
+
+  /// What is thinner than is cleaned though its edges are long: three points on a line, but for that.
+  std::uint64_t lead_edges_through_points() {
+    std::uint64_t changed = 0;
+    for (std::uint32_t t = 0; t < editor_.size(); ++t) {
+      if (editor_.at(t).is_gone() || editor_.at(t).shape > fair) continue;
+      Interruption::check();
+      const auto points = editor_.at(t).point;
+      const auto edges = edges_of(editor_.at(t));
+      changed += std::ranges::any_of(edges, [&](const Pair& edge) {
+        return std::ranges::any_of(points, [&](std::uint32_t m) {
+          return lead_through({std::min(edge[0], edge[1]), std::max(edge[0], edge[1])}, m);
+        });
+      });
+    }
+    return changed;
+  }
+
+  bool lead_through(const Pair& edge, std::uint32_t m) {
+    const auto& [u, v] = edge;
+    if (m == u || m == v) return false;
+    const auto distance = editor_.distance_from_edge(m, u, v);
+    const double most = clean_at(editor_.point(m));
+    if (!distance || *distance > most || !editor_.is_on_surface(u, v)) return false;
+    const auto before = bent_.find(edge);
+    const double bent = *distance + (before == bent_.end() ? 0 : before->second),
+                 moved = bent + std::max({moved_at(u), moved_at(v), moved_at(m)});
+    if (moved > most) return false;
+    const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
+    if (!editor_.lead_through(u, v, m)) return false;
+    for (const std::uint32_t p : around)
+      if (p == u || p == v || std::ranges::binary_search(around_v, p)) {
+        if (p == m) continue;
+        double& of_edge = bent_[{std::min(p, m), std::max(p, m)}];
+        of_edge = std::max(of_edge, bent);
+      }
+    ++report_.bent_edges;
+    report_.largest_move = std::max(report_.largest_move, moved);
+    return true;
   }
 
   // --- sizes ---
@@ -313,12 +357,14 @@ class Shaping {
     else
       refine_well();
     finish();
+    report_.detail = wanted_.detail();
+    report_.too_many = std::max(report_.too_many, wanted_.too_many());
   }
 
   void refine_well() {
-    for (int pass = 0; pass < 4; ++pass) {
+    for (int pass = 0; pass < 6; ++pass) {
       arrange();
-      wanted_.find(true);
+      wanted_.find_finer();
       refine_once();
     }
   }
@@ -332,6 +378,7 @@ class Shaping {
   }
 
   void finish() {
+    clean();
     for (int pass = 0; pass < 6; ++pass) {
       if (improve(pass < 3 ? fair : good, true) == 0) break;
       smooth_all();
@@ -374,6 +421,10 @@ class Shaping {
       shaping.run_of_piece();
       return shaping.result();
     });
+    for (const Piece& piece : pieces) {
+      wanted_.set_detail(std::min(wanted_.detail(), piece.detail));
+      report_.too_many = std::max(report_.too_many, piece.too_many);
+    }
     std::vector<std::uint32_t> seam;
     const Piece all = joined(whole, std::move(pieces), seam);
     editor_ = Editor(all.mesh, all.kind);

@@ -355,18 +355,29 @@ void Editor::divide(Change& change, std::uint32_t u, std::uint32_t v, std::uint3
   }
 }
 
+std::optional<double> Editor::distance_from_edge(std::uint32_t m, std::uint32_t u, std::uint32_t v) const {
+  const Point along = points_[v] - points_[u], from = points_[m] - points_[u];
+  const double share = dot(along, from) / dot(along, along);
+  if (!(share > 0 && share < 1)) return std::nullopt;
+  Point foot;
+  for (std::size_t k = 0; k < 3; ++k) foot[k] = points_[u][k] + share * along[k];
+  return std::sqrt(squared_distance(foot, points_[m]));
+}
+
+bool Editor::lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m) {
+  Change change;
+  divide(change, u, v, m);
+  return is_better(change, Gain::no_more) && apply(change);
+}
+
 bool Editor::attach(std::uint32_t t, double most) {
   const auto points = tetrahedra_[t].point;
   for (const std::uint32_t m : points)
     for (const std::uint32_t u : points)
       for (const std::uint32_t v : points) {
         if (m == u || m == v || u >= v) continue;
-        const Point along = points_[v] - points_[u], from = points_[m] - points_[u];
-        const double share = dot(along, from) / dot(along, along);
-        if (!(share > 0 && share < 1)) continue;
-        Point foot;
-        for (std::size_t k = 0; k < 3; ++k) foot[k] = points_[u][k] + share * along[k];
-        if (squared_distance(foot, points_[m]) > most * most) continue;
+        const auto distance = distance_from_edge(m, u, v);
+        if (!distance || *distance > most) continue;
         Change change;
         divide(change, u, v, m);
         if (is_better(change, Gain::less) && apply(change)) return true;

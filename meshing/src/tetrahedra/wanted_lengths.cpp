@@ -1,6 +1,7 @@
 #include "tetrahedra/wanted_lengths.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <queue>
@@ -12,8 +13,26 @@ namespace {
 
 using geometry::Interruption;
 
-constexpr double of_features = 3;  // as long may edges be at short edges of the solid
+constexpr double of_details = 4;  // as long may edges be where the solid is as thin as 1
+// Details of a length that is this share of the wanted one are refined for at first; then by step and step
+// finer ones, but no finer than that: what is coarse is of good shape then, and what is fine goes over to it.
+constexpr double coarsest = 1.0 / 16, step = 1.0 / 8, finest = 1.0 / 65536;
 constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The mean of the inverse cubes of a number that goes linearly from corner to corner of a tetrahedron: the
+/// divided difference of what has been integrated three times (Hermite and Genocchi).
+double mean_of_inverse_cubes(std::array<double, 4> at_corners) {
+  std::sort(at_corners.begin(), at_corners.end());
+  constexpr long double apart = 1e-3L;  // so that none are equal
+  std::array<long double, 4> x, f;
+  for (std::size_t k = 0; k < 4; ++k) {
+    x[k] = at_corners[k] * (1 + apart * static_cast<long double>(k));
+    f[k] = std::log(x[k]) / 2;
+  }
+  for (std::size_t order = 1; order < 4; ++order)
+    for (std::size_t k = 0; k + order < 4; ++k) f[k] = (f[k + 1] - f[k]) / (x[k + order] - x[k]);
+  return static_cast<double>(6 * f[0]);
+}
 
 }  // namespace
 
@@ -56,26 +75,86 @@ bool WantedLengths::is_at_several_parts(std::uint32_t p) const {
       star, [&](std::uint32_t t) { return editor_.at(t).part != editor_.at(star.front()).part; });
 }
 
-void WantedLengths::find(bool with_features, bool from_seams) {
+void WantedLengths::find(bool with_details, bool from_seams) {
   wanted_.assign(editor_.point_count(), infinity);
-  std::vector<std::pair<double, std::uint32_t>> known;
   for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
-    if (editor_.star(p).empty()) continue;
+    if (editor_.star(p).empty() || (from_seams && !is_at_several_parts(p))) continue;
     Interruption::check();
-    if (from_seams && !is_at_several_parts(p)) continue;
-    const double size = size_at(p);
-    wanted_[p] = size;
-    if (with_features && editor_.kind(p) == Editor::corner)
-      for (const std::uint32_t q : editor_.neighbours(p))
-        if (editor_.kind(q) == Editor::corner)
-          wanted_[p] = std::min(wanted_[p], std::max(size / 16, of_features * editor_.length(p, q)));
-    known.emplace_back(wanted_[p], p);
+    wanted_[p] = size_at(p);
   }
-  for (const Piece::Shared& shared : shared_) {
+  if (with_details) {
+    if (detail_ == 0) detail_ = coarsest;
+    find_short_edges();
+    find_strips();
+  }
+  for (const Piece::Shared& shared : shared_)
     wanted_[shared.point] = std::min(wanted_[shared.point], shared.wanted);
-    known.emplace_back(wanted_[shared.point], shared.point);
-  }
+  std::vector<std::pair<double, std::uint32_t>> known;
+  for (std::uint32_t p = 0; p < editor_.point_count(); ++p)
+    if (wanted_[p] < infinity) known.emplace_back(wanted_[p], p);
   grow(std::move(known));
+}
+
+void WantedLengths::find_finer() {
+  const double before = detail_;
+  detail_ = before == 0 ? coarsest : std::max(finest, step * before);
+  find(true);
+  if (detail_ == before) return;
+  const double count = expected();
+  if (before == 0) without_details_ = count;
+  if (count <= without_details_ + options_.most) return;
+  too_many_ = count;
+  detail_ = before;
+  find(true);
+}
+
+double WantedLengths::expected() const {
+  constexpr double volume =
+      0.05;  // of those that come of it, on the average, by the cube of the wanted length
+  double count = 0;
+  for (std::uint32_t t = 0; t < editor_.size(); ++t) {
+    if (editor_.at(t).is_gone()) continue;
+    const auto& p = editor_.at(t).point;
+    count += editor_.volume(t) / volume *
+             mean_of_inverse_cubes({wanted_[p[0]], wanted_[p[1]], wanted_[p[2]], wanted_[p[3]]});
+  }
+  return count;
+}
+
+/// Where the solid is as thin as this at a point. What is cleaned, or was to be, is no detail.
+void WantedLengths::want(std::uint32_t p, double thickness) {
+  if (wanted_[p] == infinity || of_details * thickness >= wanted_[p] || thickness < options_.clean) return;
+  wanted_[p] = std::min(wanted_[p], std::max(detail_ * size_at(p), of_details * thickness));
+}
+
+void WantedLengths::find_short_edges() {
+  for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
+    if (editor_.kind(p) != Editor::corner || wanted_[p] == infinity) continue;
+    Interruption::check();
+    for (const std::uint32_t q : editor_.neighbours(p))
+      if (editor_.kind(q) == Editor::corner) want(p, editor_.length(p, q));
+  }
+}
+
+/// Where two edges of the solid run along each other on one side of it.
+void WantedLengths::find_strips() {
+  for (std::uint32_t t = 0; t < editor_.size(); ++t) {
+    if (editor_.at(t).is_gone()) continue;
+    Interruption::check();
+    const auto& p = editor_.at(t).point;
+    for (std::size_t k = 0; k < 4; ++k)
+      if (editor_.at(t).side[k] != Editor::inner)
+        for (std::size_t i = 1; i < 4; ++i)
+          find_strip(p[(k + i) % 4], p[(k + i % 3 + 1) % 4], p[(k + (i + 1) % 3 + 1) % 4]);
+  }
+}
+
+void WantedLengths::find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v) {
+  if (editor_.kind(m) > Editor::on_edge) return;
+  const auto distance = editor_.distance_from_edge(m, u, v);
+  if (!distance || of_details * *distance >= wanted_[m] || !editor_.is_sharp(u, v)) return;
+  // Two edges that meet are a corner of the solid, which has its angle.
+  if (!editor_.is_sharp(m, u) && !editor_.is_sharp(m, v)) want(m, *distance);
 }
 
 /// From what is known on, by which share of the distance edges may grow.

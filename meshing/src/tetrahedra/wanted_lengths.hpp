@@ -17,14 +17,21 @@ class WantedLengths {
   WantedLengths(const Editor& editor, const ShapeOptions& options, const std::vector<Piece::Shared>& shared)
       : editor_(editor), options_(options), shared_(shared) {}
 
-  /// As the user wants it, but where the solid is finer: there short edges go over to long ones.
-  /// @param from_seams only points at several parts want anything, the others what is fine beside them.
-  void find(bool with_features, bool from_seams = false);
+  /// As the user wants it, but where the solid has details that are finer: there short edges go over to long
+  /// ones. @param from_seams only points at several parts want anything, the others what is fine beside them.
+  void find(bool with_details, bool from_seams = false);
+  /// The same with finer details than the call before, unless that makes too many tetrahedra.
+  void find_finer();
   /// Of a new point in the middle of an edge.
   void add_between(std::uint32_t u, std::uint32_t v, std::uint32_t middle);
   /// Of the edge between two points: endless if nothing is wanted of them.
   [[nodiscard]] double between(std::uint32_t p, std::uint32_t q) const;
   [[nodiscard]] const std::vector<double>& at_points() const { return wanted_; }
+  /// How fine the details are, as a share of the length that the user wants.
+  [[nodiscard]] double detail() const { return detail_; }
+  void set_detail(double share) { detail_ = share; }
+  /// How many tetrahedra finer details would have made, if these were too many; else 0.
+  [[nodiscard]] double too_many() const { return too_many_; }
   /// About how many tetrahedra each part will have.
   [[nodiscard]] std::map<std::int32_t, double> tetrahedra_by_part() const;
 
@@ -33,10 +40,17 @@ class WantedLengths {
   const ShapeOptions& options_;
   const std::vector<Piece::Shared>& shared_;
   std::vector<double> wanted_;
+  double detail_ = 0, too_many_ = 0;
+  double without_details_ = 0;  ///< tetrahedra that are to be expected
 
   [[nodiscard]] double size_in(std::int32_t part) const;
   [[nodiscard]] double size_at(std::uint32_t p) const;
   [[nodiscard]] bool is_at_several_parts(std::uint32_t p) const;
+  void find_short_edges();
+  void find_strips();
+  void find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v);
+  void want(std::uint32_t p, double thickness);
+  [[nodiscard]] double expected() const;
   void grow(std::vector<std::pair<double, std::uint32_t>> known);
 };
 

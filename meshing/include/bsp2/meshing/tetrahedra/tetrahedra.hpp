@@ -43,7 +43,8 @@ struct ShapeOptions {
   double size = 0;           ///< wanted length of edges; 0: the cells' own tetrahedra stay, but for `clean`
   std::vector<double> size_of_part;  ///< by part; 0 or missing: `size`
   SizeField field;                   ///< nor longer than this, where it is not empty
-  double growth = 0.6;  ///< by which share of the distance edges may be longer than those they lead to
+  double growth = 0.6;   ///< by which share of the distance edges may be longer than those they lead to
+  double most = 250000;  ///< about so many tetrahedra at most are added for the sake of thin details
   /// Where a point of the surface belongs that is on these planes; none: where it is. Asked at the end, with
   /// `size` above 0: of what is round, points come from the facets to its true surface.
   std::function<std::optional<Point>(std::span<const std::uint32_t> planes, const Point& point)> true_place;
@@ -59,10 +60,13 @@ struct ShapeReport {
   std::uint64_t turned_at_first = 0;  ///< that rounding had made flat or turned over
   std::uint64_t turned = 0;           ///< that are so still: above 0 the mesh is of no use
   std::uint64_t moved_points = 0;     ///< corners of the solid that were moved
+  std::uint64_t bent_edges = 0;       ///< edges of the surface that lead through a point that they passed by
   double largest_move = 0;
   std::uint64_t taken_away = 0;  ///< flat ones, between faces or edges that were as good as one
-  std::uint64_t placed = 0;      ///< points that were moved to their true place, or towards it
-  double largest_placing = 0;    ///< how far, at most
+  double detail = 0;             ///< as fine as this share of the wanted length details are refined for
+  double too_many = 0;         ///< as many tetrahedra finer ones would have made; 0: there are no finer ones
+  std::uint64_t placed = 0;    ///< points that were moved to their true place, or towards it
+  double largest_placing = 0;  ///< how far, at most
 };
 
 /// Each face becomes a fan about a point in its middle, each cell a cone from a point in its middle over its

@@ -1,0 +1,91 @@
+// Solids that are thin in places: strips between two of their edges that run along each other, and corners
+// that are next to an edge.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "bsp2/meshing/complex/complex.hpp"
+#include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
+#include "dataflow/oracle.hpp"
+#include "resolution/resolved.hpp"
+#include "support/rounds.hpp"
+
+namespace bsp2::meshing {
+namespace {
+
+using dataflow::Random;
+
+/// Two blocks, one on the other, of which the upper one stands back by this much at one side, and by more or
+/// less at the others: so there are strips. All of it turned, so that nothing is exact.
+model::Expression steps(Random& random, double width) {
+  const double other = width * dataflow::uniform(random, 1, 3), far = 1 + dataflow::uniform(random, 0, 1);
+  const std::vector<double> up{1, 0, 0, width, 0, 1, 0, other, 0, 0, 1, 1, 0, 0, 0, 1};
+  const auto upper = model::transform(up, model::cuboid({3 - width - far, 2 - 2 * other, 0.7}, false));
+  const double a = dataflow::uniform(random, 0.1, 1.4);
+  const std::vector<double> turn{
+      std::cos(a), -std::sin(a), 0, 0, std::sin(a), std::cos(a), 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  return model::transform(turn, model::unite({model::cuboid({3, 2, 1}, false), upper}));
+}
+
+dataflow::Resolved thin_solid(const model::Expression& e) {
+  return dataflow::resolved(e, dataflow::EvaluateOptions(), 0, 0);
+}
+
+void expect_valid(const Tetrahedra& mesh, double volume, double may_differ_by) {
+  EXPECT_EQ(quality_of(mesh).turned, 0U);
+  const FaceUse use = face_use(mesh);
+  EXPECT_EQ(use.more + use.folded + use.strange, 0U);
+  double sum = 0;
+  for (const double part : volumes_of(mesh, 0)) sum += part;
+  EXPECT_NEAR(sum, volume, may_differ_by);
+}
+
+TEST(Details, StripsAreMeshedWell) {
+  for (int round = 0; round < samples::rounds(6); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto solid = thin_solid(steps(random, std::pow(10, dataflow::uniform(random, -2, -0.5))));
+    Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+    const ShapeReport report = shape(mesh, {.clean = 1e-6, .size = 0.5});
+    EXPECT_EQ(report.turned, 0U);
+    EXPECT_EQ(report.too_many, 0);
+    expect_valid(mesh, solid.volume, 1e-9 * solid.volume);
+    const Quality quality = quality_of(mesh);
+    EXPECT_GT(quality.smallest_angle, 3);
+    EXPECT_LE(100 * quality.tetrahedra_below[2], mesh.tetrahedra.size());
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+TEST(Details, WhatIsThinnerThanIsCleanedIsAbsorbed) {
+  for (int round = 0; round < samples::rounds(12); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto solid = thin_solid(steps(random, std::pow(10, dataflow::uniform(random, -12, -7))));
+    Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+    const ShapeReport report = shape(mesh, {.clean = 1e-6, .size = 0.5});
+    EXPECT_EQ(report.turned, 0U);
+    EXPECT_GT(report.largest_move, 0);
+    EXPECT_LE(report.largest_move, 1e-6);
+    expect_valid(mesh, solid.volume, 1e-9 * solid.volume + report.largest_move * solid.surface.area());
+    EXPECT_GT(quality_of(mesh).smallest_angle, 3);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+TEST(Details, ThatAreTooManyAreTold) {
+  Random random(dataflow::new_seed());
+  const auto solid = thin_solid(steps(random, 1e-3));
+  Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+  const ShapeReport report = shape(mesh, {.clean = 1e-6, .size = 0.5, .most = 500});
+  EXPECT_GT(report.too_many, 500);
+  EXPECT_GE(report.detail, 1.0 / 128);
+  expect_valid(mesh, solid.volume, 1e-9 * solid.volume);
+}
+
+}  // namespace
+}  // namespace bsp2::meshing
