@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The page of `bsp2 view` in a real browser: run.sh PROGRAM PAGE WORK [use|detail]. PAGE is the folder of the page, WORK one for what npm
+# The page of `bsp2 view` in a real browser: run.sh PROGRAM PAGE WORK [PART]. PAGE is the folder of the page, WORK one for what npm
 # fetches; of the test all or a part is done.
 # Exit code 77: what it needs is not there. BSP2_SCREENSHOTS=DIR keeps pictures to be looked at.
 set -euo pipefail

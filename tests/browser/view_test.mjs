@@ -380,6 +380,11 @@ async function detail() {
     assert.equal(await run.ended, 0);
   });
 
+}
+
+/** What is cut, exploded or hidden. */
+async function sections() {
+  let page;
   await step('sections, what is exploded and what is hidden hold no more than the window shows', async () => {
     const crowd = join(folder, 'crowd.csg'); // 2,000 small cubes about a block: two parts, in boxes that overlap
     const moved = (x, y, z, solid) => `multmatrix([[1,0,0,${x}],[0,1,0,${y}],[0,0,1,${z}],[0,0,0,1]]) ${solid}`;
@@ -460,12 +465,16 @@ async function detail() {
     assert.equal(await run.ended, 0);
   });
 
+}
+
+/** A run that goes on while pages come and go. */
+async function long_run() {
   const large = join(folder, 'large.csg');
   const many = Array.from({ length: 2000 }, () => `multmatrix([[0.8,-0.6,0,${random() * 60}],[0.6,0.8,0,${random() * 60}],[0,0,1,${random() * 60}],[0,0,0,1]]) { sphere($fn = 24, r = ${2 + 6 * random()}); }`);
   await writeFile(large, `union() {\n${many.join('\n')}\n}\n`);
   const long = await view(large, '--threads', '1');
   const goOn = slowed(long.child); // until a page has seen it: however busy the machine is, that takes less than the run
-  page = await open(long.link, { viewport: { width: 420, height: 300 } });
+  const page = await open(long.link, { viewport: { width: 420, height: 300 } });
 
   await step('a page that is loaded again while the run goes on, and two at once', async () => {
     await until(page, () => window.bsp2?.stats.firstPicture > 0 && bsp2.stage.isPlaced);
@@ -488,7 +497,7 @@ async function detail() {
   });
 }
 
-const parts = { use, detail };
+const parts = { use, detail, sections, long_run };
 let failed = 0;
 try {
   for (const part of wanted ? [wanted] : Object.keys(parts)) await parts[part]();
