@@ -7,13 +7,15 @@
 #include <queue>
 
 #include "bsp2/geometry/support/interruption.hpp"
+#include "bsp2/geometry/support/vectors.hpp"
 
 namespace bsp2::meshing {
 namespace {
 
 using geometry::Interruption;
 
-constexpr double of_details = 4;  // as long may edges be where the solid is as thin as 1
+// As long may edges be where the solid is as thin as 1: along strips and short edges, and of walls.
+constexpr double of_details = 4, of_walls = 6;
 // Details of a length that is this share of the wanted one are refined for at first; then by step and step
 // finer ones, but no finer than that: what is coarse is of good shape then, and what is fine goes over to it.
 constexpr double coarsest = 1.0 / 16, step = 1.0 / 8, finest = 1.0 / 65536;
@@ -85,7 +87,7 @@ void WantedLengths::find(bool with_details, bool from_seams) {
   if (with_details) {
     if (detail_ == 0) detail_ = coarsest;
     find_short_edges();
-    find_strips();
+    find_strips_and_walls();
   }
   for (const Piece::Shared& shared : shared_)
     wanted_[shared.point] = std::min(wanted_[shared.point], shared.wanted);
@@ -121,10 +123,30 @@ double WantedLengths::expected() const {
   return count;
 }
 
-/// Where the solid is as thin as this at a point. What is cleaned, or was to be, is no detail.
-void WantedLengths::want(std::uint32_t p, double thickness) {
-  if (wanted_[p] == infinity || of_details * thickness >= wanted_[p] || thickness < options_.clean) return;
-  wanted_[p] = std::min(wanted_[p], std::max(detail_ * size_at(p), of_details * thickness));
+/// A tetrahedron that stands with one face on a side and with its top on another.
+void WantedLengths::find_wall(std::uint32_t t, std::size_t top) {
+  const auto& p = editor_.at(t).point;
+  const std::uint32_t m = p[top];
+  if (editor_.kind(m) == Editor::inside) return;
+  const std::array<std::uint32_t, 3> face{p[(top + 1) % 4], p[(top + 2) % 4], p[(top + 3) % 4]};
+  const Point n = geometry::cross(geometry::minus(editor_.point(face[1]), editor_.point(face[0])),
+                                  geometry::minus(editor_.point(face[2]), editor_.point(face[0])));
+  const double thickness = 6 * editor_.volume(t) / std::sqrt(geometry::dot(n, n));
+  if (!(of_walls * thickness < wanted_[m])) return;
+  // Sides that meet are an edge of the solid, which has its angle.
+  if (std::ranges::any_of(face, [&](std::uint32_t q) { return editor_.is_on_surface(m, q); })) return;
+  for (const std::uint32_t q : p) want_detail(q, thickness, of_walls);
+}
+
+/// What is cleaned, or was to be, is no detail.
+void WantedLengths::want_detail(std::uint32_t p, double thickness, double times) {
+  if (thickness >= options_.clean) want(p, times * thickness);
+}
+
+/// So long shall edges be at a point for the sake of a detail.
+void WantedLengths::want(std::uint32_t p, double length) {
+  if (wanted_[p] < infinity && length < wanted_[p])
+    wanted_[p] = std::min(wanted_[p], std::max(detail_ * size_at(p), length));
 }
 
 void WantedLengths::find_short_edges() {
@@ -132,20 +154,22 @@ void WantedLengths::find_short_edges() {
     if (editor_.kind(p) != Editor::corner || wanted_[p] == infinity) continue;
     Interruption::check();
     for (const std::uint32_t q : editor_.neighbours(p))
-      if (editor_.kind(q) == Editor::corner) want(p, editor_.length(p, q));
+      if (editor_.kind(q) == Editor::corner) want_detail(p, editor_.length(p, q), of_details);
   }
 }
 
-/// Where two edges of the solid run along each other on one side of it.
-void WantedLengths::find_strips() {
+/// Where two edges of the solid run along each other on one side of it, or two sides.
+void WantedLengths::find_strips_and_walls() {
   for (std::uint32_t t = 0; t < editor_.size(); ++t) {
     if (editor_.at(t).is_gone()) continue;
     Interruption::check();
     const auto& p = editor_.at(t).point;
     for (std::size_t k = 0; k < 4; ++k)
-      if (editor_.at(t).side[k] != Editor::inner)
+      if (editor_.at(t).side[k] != Editor::inner) {
+        find_wall(t, k);
         for (std::size_t i = 1; i < 4; ++i)
           find_strip(p[(k + i) % 4], p[(k + i % 3 + 1) % 4], p[(k + (i + 1) % 3 + 1) % 4]);
+      }
   }
 }
 
@@ -154,7 +178,7 @@ void WantedLengths::find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v
   const auto distance = editor_.distance_from_edge(m, u, v);
   if (!distance || of_details * *distance >= wanted_[m] || !editor_.is_sharp(u, v)) return;
   // Two edges that meet are a corner of the solid, which has its angle.
-  if (!editor_.is_sharp(m, u) && !editor_.is_sharp(m, v)) want(m, *distance);
+  if (!editor_.is_sharp(m, u) && !editor_.is_sharp(m, v)) want_detail(m, *distance, of_details);
 }
 
 /// From what is known on, by which share of the distance edges may grow.

@@ -47,9 +47,11 @@ class WantedLengths {
   [[nodiscard]] double size_at(std::uint32_t p) const;
   [[nodiscard]] bool is_at_several_parts(std::uint32_t p) const;
   void find_short_edges();
-  void find_strips();
+  void find_strips_and_walls();
   void find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v);
-  void want(std::uint32_t p, double thickness);
+  void find_wall(std::uint32_t t, std::size_t top);
+  void want_detail(std::uint32_t p, double thickness, double times);
+  void want(std::uint32_t p, double length);
   [[nodiscard]] double expected() const;
   void grow(std::vector<std::pair<double, std::uint32_t>> known);
 };
