@@ -6,7 +6,7 @@ cmake_minimum_required(VERSION 3.25)
 
 set(rooms bsplib geometry meshing model dataflow io supersteps drawing api jobs)
 set(bsplib support memory engine classic)
-set(geometry support exact families hyperplanes cells surface)
+set(geometry support exact families hyperplanes cells surface faces)
 set(meshing complex simplices sizes tetrahedra groups)
 set(model expression text mesh builder import msh readers drawing csg)
 set(dataflow process shapes network producers evaluate regions surface lowering operands constructs compile)

@@ -7,12 +7,14 @@
 #include <fstream>
 #include <numeric>
 #include <random>
+#include <sstream>
 #include <string>
 #include <tuple>
 
 #include "bsp2/supersteps/loop/run.hpp"
 #include "loop/progress.hpp"
 #include "ranks/exchange.hpp"
+#include "resolution/equal_breps.hpp"
 #include "support/rounds.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -117,6 +119,57 @@ TEST(Resolution, FindsTheSameTrianglesAndContactsOnAnyNumberOfRanks) {
         }
         EXPECT_TRUE(contacts_of(result->contacts) == contacts_of(alone.contacts));
       }
+}
+
+/// Boxes and balls on a grid, pushed into each other and touching, some of which are one part.
+std::string random_parts(std::mt19937_64& random) {
+  std::ostringstream text;
+  const auto number = [&](int low, int high) { return std::uniform_int_distribution(low, high)(random); };
+  for (int i = 0; i < 6; ++i) {
+    text << "part(name=\"" << i % 4 << "\") multmatrix([[1,0,0," << number(0, 3) << "],[0,1,0,"
+         << number(0, 3) << "],[0,0,1," << number(0, 3) << "],[0,0,0,1]]) ";
+    if (i % 3 == 2)
+      text << "sphere(r=" << number(1, 3) << ".5,$fn=" << number(5, 9) << ");\n";
+    else
+      text << "cube([" << number(1, 3) << ',' << number(1, 3) << ',' << number(1, 3) << "]);\n";
+  }
+  return text.str();
+}
+
+/// With cells and without, of parts that touch too: the complex, and the surface beside it.
+TEST(Resolution, FindsTheSameFacesOnAnyNumberOfRanks) {
+  std::uint64_t seed = std::random_device()();
+  if (const char* given = std::getenv("BSP2_SEED")) seed = std::strtoull(given, nullptr, 10);
+  {
+    Ranks ranks = Ranks::launched();
+    ranks.together([&] { broadcast(ranks, seed); });
+  }
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937_64 random(seed);
+  const samples::TemporaryFolder folder;
+  const std::string touching = "part(name=\"a\") cube(2); part(name=\"b\") cube(3, center=true);";
+  bool have_interfaces = false, is_master = false;
+  for (int round = 0; round < 4 + samples::rounds(6); ++round) {
+    const std::string model = round == 0   ? example("mechanical_piece").string()
+                              : round == 1 ? example("touching_solids").string()
+                              : round < 4  ? model_in(folder, touching)
+                                           : model_in(folder, random_parts(random));
+    RunOptions options = options_for(model, 4);
+    options.faces = true;
+    options.surface_only = round % 2 == 1;
+    options.contacts = !options.surface_only;
+    const auto result = together(options);
+    if (!result) continue;
+    SCOPED_TRACE(round);
+    is_master = true;
+    const RunResult alone = run(options);
+    expect_same(*result, alone);
+    ASSERT_TRUE(result->faces && alone.faces);
+    ASSERT_NO_FATAL_FAILURE(expect_same(*result->faces, *alone.faces));
+    EXPECT_TRUE(alone.faces->is_closed);
+    have_interfaces = have_interfaces || geometry::has_interfaces(*alone.faces);
+  }
+  EXPECT_EQ(have_interfaces, is_master);
 }
 
 /// Round solids name their common planes each for itself, and no rank has all of them.

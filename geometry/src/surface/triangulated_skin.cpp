@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
-#include "surface/face_triangulation.hpp"
 #include "surface/no_index.hpp"
 #include "surface/skin_steps.hpp"
 
@@ -37,36 +36,34 @@ class Steps {
   mutable std::size_t calls_ = 0;
 };
 
-/// Numbers the points in the order in which the triangles name them.
-void put_together(const EdgeChain& edges, const Skin& skin, const FaceTriangles& triangles,
-                  TriangulatedSkin& result) {
-  TriangleSurface& surface = result.surface = {};
-  result.face_of_triangle.clear();
-  result.point_of_surface.clear();
-  surface.points.reserve(result.points.size());
+}  // namespace
+
+TriangulatedSkin with_surface(TriangulatedSkin skin, const FaceTriangles& triangles) {
+  TriangleSurface& surface = skin.surface;
+  surface.points.reserve(skin.points.size());
   surface.triangles.reserve(triangles.triangles.size());
   surface.owner.reserve(triangles.triangles.size());
-  std::vector<std::uint32_t> number(result.points.size(), none);
+  skin.face_of_triangle.reserve(triangles.triangles.size());
+  std::vector<std::uint32_t> number(skin.points.size(), none);
   std::size_t done = 0;
   for (const auto& [first_edge, end] : triangles.faces)
-    for (const std::uint32_t face = edges[first_edge].face; done < end; ++done) {
+    for (const std::uint32_t face = skin.edges[first_edge].face; done < end; ++done) {
       auto triangle = triangles.triangles[done];
       for (std::uint32_t& point : triangle) {
         if (number[point] == none) {
           number[point] = static_cast<std::uint32_t>(surface.points.size());
-          result.point_of_surface.push_back(point);
-          const auto& x = result.points.vertices[point].x;
+          skin.point_of_surface.push_back(point);
+          const auto& x = skin.points.vertices[point].x;
           surface.points.push_back({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0});  // no negative zeros
         }
         point = number[point];
       }
       surface.triangles.push_back(triangle);
       surface.owner.push_back(skin.faces[face].owner);
-      result.face_of_triangle.push_back(face);
+      skin.face_of_triangle.push_back(face);
     }
+  return skin;
 }
-
-}  // namespace
 
 TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told,
                               unsigned threads) {
@@ -74,8 +71,7 @@ TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const 
   ExactPoints exact(table);
   sort_faces(skin);
   skin.weld();
-  TriangulatedSkin result;
-  PointSet& points = result.points = take_points(table, threads, skin);
+  PointSet points = take_points(table, threads, skin);
   unite_points(table, points, skin);
   steps.begin(0.25, 0.4);
   add_up_lines(exact, threads, points, skin);
@@ -92,18 +88,14 @@ TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const 
     const auto triangles =
         triangulated_faces(exact, threads, points, skin.faces, skin.edges,
                            [&](std::size_t done) { steps.within(done, skin.edges.size()); });
-    if (points.size() == known) {
-      put_together(skin.edges, skin, triangles, result);
-      break;
-    }
+    if (points.size() == known)
+      return with_surface({std::move(points), std::move(skin.faces), std::move(skin.edges), {}, {}, {}},
+                          triangles);
     const std::size_t undivided = skin.edges.size();
     divide_at(exact, points, known, skin);
     if (skin.edges.size() <= undivided)
       throw std::logic_error("edges of a face of the boundary that cross cannot be divided");
   }
-  result.faces = std::move(skin.faces);
-  result.edges = std::move(skin.edges);
-  return result;
 }
 
 }  // namespace bsp2::geometry

@@ -7,6 +7,7 @@
 #include "bsp2/geometry/surface/contact.hpp"
 #include "bsp2/geometry/surface/edge_chain.hpp"
 #include "bsp2/geometry/surface/exact_points.hpp"
+#include "surface/face_triangulation.hpp"
 
 namespace bsp2::geometry {
 
@@ -22,6 +23,10 @@ struct TriangulatedSkin {
   std::vector<std::uint32_t> face_of_triangle;
   std::vector<std::uint32_t> point_of_surface;  ///< for each point of `surface`, that of `points`
 };
+
+/// Puts in the surface: numbers the points in the order in which the triangles name them.
+/// @param skin its edges are those that the triangles were made of.
+TriangulatedSkin with_surface(TriangulatedSkin skin, const FaceTriangles& triangles);
 
 /// The same for any number of threads. @throws std::logic_error if the skin is not that of a solid.
 TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told,

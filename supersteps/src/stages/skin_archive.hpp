@@ -16,6 +16,11 @@ template <class Archive>
 void serialize(Archive& archive, bsp2::geometry::SurfacePiece& piece, unsigned) {
   archive& piece.faces& piece.triangles& piece.points& piece.shared;
 }
+template <class Archive>
+void serialize(Archive& archive, bsp2::geometry::BrepPiece& piece, unsigned) {
+  archive& piece.surface& piece.connected& piece.faces& piece.triangles& piece.loops& piece.uses& piece
+      .edges& piece.uses_of_edges& piece.angles& piece.apexes;
+}
 template <>
 struct is_bitwise_serializable<std::array<bsp2::geometry::HyperplaneId, 3>> : mpl::true_ {};
 template <>
@@ -34,4 +39,8 @@ template <>
 struct is_bitwise_serializable<bsp2::geometry::SurfacePiece::Face> : mpl::true_ {};
 template <>
 struct is_bitwise_serializable<bsp2::geometry::SurfacePiece::SharedPoint> : mpl::true_ {};
+template <>
+struct is_bitwise_serializable<bsp2::geometry::BrepPiece::Face> : mpl::true_ {};
+template <>
+struct is_bitwise_serializable<bsp2::geometry::BrepPiece::Edge> : mpl::true_ {};
 }  // namespace boost::serialization

@@ -162,7 +162,7 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
                       unsigned threads);
 
 /// Puts the skins that the ranks have found together: on the master, the boundary, and its faces if they are
-/// wanted, which the master finds alone. Collective.
+/// wanted. Collective.
 void find_boundary(Ranks& ranks, const geometry::HyperplaneTable<3>& table, geometry::Skin mine,
                    bool with_faces, unsigned threads, std::optional<geometry::TriangleSurface>& boundary,
                    std::optional<geometry::Brep>& faces, const geometry::ToldShare& told);

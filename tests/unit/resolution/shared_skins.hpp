@@ -20,10 +20,11 @@ std::vector<std::vector<T>> exchanged(std::vector<std::vector<T>> given) {
   return taken;
 }
 
-/// The surface of the sum of some skins, put together as ranks do it that have one each.
+/// What each of several has made of the sum of their skins, as ranks do it that have one each.
 /// @param crossings counts those that were found.
-inline TriangleSurface triangulated_by_all(const HyperplaneTable<3>& table, std::vector<Skin> skins,
-                                           unsigned threads = 1, std::size_t* crossings_found = nullptr) {
+inline std::vector<std::unique_ptr<SkinShare>> shares_of(const HyperplaneTable<3>& table,
+                                                         std::vector<Skin> skins, unsigned threads = 1,
+                                                         std::size_t* crossings_found = nullptr) {
   const auto count = static_cast<unsigned>(skins.size());
   std::vector<std::unique_ptr<SkinShare>> shares;
   for (unsigned i = 0; i < count; ++i)
@@ -60,9 +61,29 @@ inline TriangleSurface triangulated_by_all(const HyperplaneTable<3>& table, std:
     crossings = std::move(found);
     if (crossings_found != nullptr) *crossings_found += crossings.size();
   } while (!crossings.empty());
+  return shares;
+}
+
+/// The surface of the sum of some skins. @param crossings counts those that were found.
+inline TriangleSurface triangulated_by_all(const HyperplaneTable<3>& table, std::vector<Skin> skins,
+                                           unsigned threads = 1, std::size_t* crossings_found = nullptr) {
   std::vector<SurfacePiece> pieces;
-  for (const auto& share : shares) pieces.push_back(share->take());
+  for (const auto& share : shares_of(table, std::move(skins), threads, crossings_found))
+    pieces.push_back(share->take());
   return joined(pieces);
+}
+
+/// The complex of the sum of some skins, and the surface with its interfaces.
+/// @param open counts edges that none of the shares could decide alone, decided the others.
+inline Brep brep_by_all(const HyperplaneTable<3>& table, std::vector<Skin> skins, TriangleSurface& surface,
+                        std::size_t& open, std::size_t& decided, unsigned threads = 1) {
+  std::vector<BrepPiece> pieces;
+  for (const auto& share : shares_of(table, std::move(skins), threads)) {
+    pieces.push_back(share->take_faces());
+    for (const auto& edge : pieces.back().edges)
+      ++(edge.order == BrepPiece::Edge::Order::open ? open : decided);
+  }
+  return joined(table, pieces, &surface);
 }
 
 /// Deals the faces of a skin out, and those of some to several, edge by edge. @param choose who of so many

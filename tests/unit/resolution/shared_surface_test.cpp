@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "bsp2/dataflow/surface/surface.hpp"
 #include "bsp2/geometry/surface/exact_points.hpp"
+#include "resolution/equal_breps.hpp"
 #include "resolution/resolved.hpp"
 #include "resolution/shared_skins.hpp"
 #include "support/rounds.hpp"
@@ -17,6 +20,7 @@
 namespace bsp2::dataflow {
 namespace {
 
+using geometry::Brep;
 using geometry::Skin;
 using geometry::TriangleSurface;
 
@@ -80,6 +84,42 @@ TEST_P(RandomSharing, IsTheSurfaceOfOne) {
 
 model::Expression placed_at(double x, double y, double z, const model::Expression& e) {
   return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}, e);
+}
+
+/// Solids whose parts touch, two of them surely, with interfaces: faces, edges, shells and solids.
+TEST_P(RandomSharing, HasTheFacesOfOne) {
+  std::size_t open = 0, decided = 0, interfaces = 0;
+  for (int round = 0; round < samples::rounds(100); ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    auto e = random_expression(random, 3, GetParam(), 2 + round % 2);
+    if (chance(random, 0.7))
+      e = model::unite({model::part("a", e), model::part("b", random_expression(random, 3, GetParam(), 2)),
+                        model::part("c", random_expression(random, 3, GetParam(), 1)),
+                        model::part("d", placed_at(20, 0, 0, model::cuboid({1, 2, 3}, false))),
+                        model::part("e", placed_at(21, 1, 1, model::cuboid({1, 2, 3}, false)))});
+    const auto r = resolved(e, {}, static_cast<unsigned>(round % 4), round % 3 == 0 ? 0 : 1e-9);
+    const Skin skin = skin_of(r.network, r.batches, nullptr, round % 4 != 0);
+    TriangleSurface outer;
+    const Brep of_one = geometry::brep_of(r.network.table, skin, &outer);
+    const TriangleSurface all = triangulate(r.network.table, skin);
+    ASSERT_NO_FATAL_FAILURE(expect_surface_of_one(outer, r.surface));
+    interfaces += geometry::has_interfaces(of_one);
+    for (const unsigned count : {2U, 2 + static_cast<unsigned>(pick(random, 0, 5))}) {
+      SCOPED_TRACE(testing::Message() << count << " shares");
+      TriangleSurface surface;
+      ASSERT_NO_FATAL_FAILURE(
+          expect_same(brep_by_all(r.network.table, dealt_out_somehow(random, skin, r.network.table, count),
+                                  surface, open, decided, 1 + static_cast<unsigned>(round) % 2),
+                      of_one));
+      ASSERT_NO_FATAL_FAILURE(expect_surface_of_one(surface, all));
+    }
+  }
+  if (std::getenv("BSP2_SEED") != nullptr) return;
+  EXPECT_GT(open, 0U);
+  EXPECT_GT(decided, 0U);
+  EXPECT_GT(interfaces, 0U);
 }
 
 /// Edges of one face that cross, which one share finds, are divided in the faces of all.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bsp2/geometry/surface/boundary.hpp"
+#include "bsp2/geometry/surface/brep.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 
 namespace bsp2::geometry {
@@ -32,6 +33,40 @@ struct SurfacePiece {
 /// the faces are dealt out.
 TriangleSurface joined(const std::vector<SurfacePiece>& pieces);
 
+/// What the faces of a piece are in a complex: connected ones with their loops, and their edges. All is
+/// numbered within the piece.
+struct BrepPiece {
+  struct Face {
+    std::uint32_t triangles, loops;  ///< how many
+  };
+  struct Edge {
+    /// Whether the faces about it are in order, as other pieces have none of them: counter-clockwise, seen
+    /// from the end of the first one's use (forward) or from its beginning.
+    enum class Order : std::uint32_t { open, forward, backward };
+    std::uint32_t uses;  ///< how many
+    Order order;
+  };
+  SurfacePiece surface;
+  std::vector<std::uint32_t> connected;             ///< how many each of its faces is
+  std::vector<Face> faces;                          ///< connected ones
+  std::vector<std::uint32_t> triangles;             ///< those of the surface, face by face
+  std::vector<std::uint32_t> loops;                 ///< how many uses, face by face; the outline first
+  std::vector<std::uint32_t> uses;                  ///< the point where each begins, loop by loop
+  std::vector<Edge> edges;                          ///< one for all uses with the same ends
+  std::vector<std::uint32_t> uses_of_edges;         ///< edge by edge
+  std::vector<double> angles;                       ///< to the next one, of all that are in order
+  std::vector<std::array<HyperplaneId, 3>> apexes;  ///< a point of the face beside each of the others
+};
+
+/// Puts the pieces of a complex together: array by array what `brep_of` makes of the whole skin.
+/// @param surface gets the triangles as `joined` puts them together, interfaces too, if not null.
+[[nodiscard]] Brep joined(const HyperplaneTable<3>& table, const std::vector<BrepPiece>& pieces,
+                          TriangleSurface* surface = nullptr);
+
+/// Whether parts touch each other in faces of the skin.
+[[nodiscard]] bool has_interfaces(const Skin& skin);
+[[nodiscard]] Skin without_interfaces(const Skin& skin);
+
 /// What one of several who share a skin has of it, and what is made of that.
 ///
 /// Each face becomes the own one of one share, which triangulates it. What happens in a point, whether it is
@@ -42,8 +77,8 @@ TriangleSurface joined(const std::vector<SurfacePiece>& pieces);
 ///     claims -> decide -> hand_over -> take_over -> boxes -> neighbours -> take_neighbours -> triangulate
 ///
 /// `triangulate` is called again, on all shares, with the crossings that all have found, until there are
-/// none. Then `take` has the piece. All decisions are exact; where edges are far from each other rounded
-/// boxes tell, for certain. Thread rule: one thread at a time, which others help.
+/// none. Then `take` has the piece, or `take_faces`. All decisions are exact; where edges are far from each
+/// other rounded boxes tell, for certain. Thread rule: one thread at a time, which others help.
 class SkinShare {
  public:
   /// @param skin what has been found here. @param threads that work on it.
@@ -87,6 +122,7 @@ class SkinShare {
   [[nodiscard]] std::vector<Name> triangulate(std::span<const Name> crossings, const ToldShare& told = {});
   /// @pre triangulate has found no crossings, on any share.
   [[nodiscard]] SurfacePiece take();
+  [[nodiscard]] BrepPiece take_faces();
 
  private:
   struct Implementation;

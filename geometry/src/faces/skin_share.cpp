@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/surface/edge_chain.hpp"
 #include "bsp2/geometry/surface/exact_points.hpp"
+#include "faces/brep_piece.hpp"
 #include "surface/face_triangulation.hpp"
 #include "surface/no_index.hpp"
 #include "surface/skin_steps.hpp"
+#include "surface/triangulated_skin.hpp"
 
 namespace bsp2::geometry {
 
@@ -214,6 +217,21 @@ struct SkinShare::Implementation {
     return static_cast<std::size_t>(std::count_if(skin.edges.begin(), skin.edges.end(),
                                                   [&](const auto& edge) { return edge.face < own_faces; }));
   }
+
+  /// Points that others may have, too.
+  [[nodiscard]] std::vector<bool> shared_points() const {
+    std::vector<bool> is_shared(points.size());
+    for (std::size_t i = own_edges; i < skin.edges.size(); ++i)
+      is_shared[skin.edges[i].from] = is_shared[skin.edges[i].to] = true;
+    return is_shared;
+  }
+
+  /// The own faces; they are gone then.
+  TriangulatedSkin take_skin() {
+    skin.edges.resize(own_edges);
+    return with_surface({std::move(points), std::move(skin.faces), std::move(skin.edges), {}, {}, {}},
+                        std::exchange(triangles, {}));
+  }
 };
 
 SkinShare::SkinShare(const HyperplaneTable<3>& table, Skin skin, unsigned share, unsigned shares,
@@ -373,30 +391,15 @@ std::vector<SkinShare::Name> SkinShare::triangulate(std::span<const Name> crossi
 }
 
 SurfacePiece SkinShare::take() {
-  Implementation& mine = *implementation_;
-  std::vector<bool> is_shared(mine.points.size());
-  for (std::size_t i = mine.own_edges; i < mine.skin.edges.size(); ++i)
-    is_shared[mine.skin.edges[i].from] = is_shared[mine.skin.edges[i].to] = true;
-  SurfacePiece piece;
-  std::vector<std::uint32_t> number(mine.points.size(), none);
-  piece.triangles = std::move(mine.triangles.triangles);
-  for (auto& triangle : piece.triangles)
-    for (std::uint32_t& point : triangle) {
-      if (number[point] == none) {
-        number[point] = static_cast<std::uint32_t>(piece.points.size());
-        const Vertex<3>& vertex = mine.points.vertices[point];
-        if (is_shared[point]) piece.shared.push_back({number[point], vertex.hyperplanes});
-        piece.points.push_back(
-            {vertex.x[0] + 0.0, vertex.x[1] + 0.0, vertex.x[2] + 0.0});  // no negative zeros
-      }
-      point = number[point];
-    }
-  std::uint32_t done = 0;
-  for (const auto& [first_edge, end] : mine.triangles.faces) {
-    piece.faces.push_back({mine.skin.faces[mine.skin.edges[first_edge].face], end - done});
-    done = end;
-  }
-  return piece;
+  const auto is_shared = implementation_->shared_points();
+  return surface_piece_of(implementation_->take_skin(),
+                          [&](std::uint32_t point) { return is_shared[point]; });
+}
+
+BrepPiece SkinShare::take_faces() {
+  const auto is_shared = implementation_->shared_points();
+  return brep_piece_of(implementation_->exact, implementation_->take_skin(),
+                       [&](std::uint32_t point) { return is_shared[point]; });
 }
 
 }  // namespace bsp2::geometry

@@ -1,9 +1,10 @@
+#include "faces/joined_pieces.hpp"
+
 #include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/geometry/surface/skin_share.hpp"
 #include "support/counted_order.hpp"
 #include "surface/no_index.hpp"
 #include "surface/skin_steps.hpp"
@@ -44,16 +45,14 @@ class Names {
 struct Reading {
   const SurfacePiece* piece;
   std::size_t face = 0, triangle = 0;  ///< the next ones
-  /// Of its points: in the surface; `none` yet; or, from the first of these on, of a name.
-  std::vector<std::uint32_t> number;
 };
 
 /// Faces of all pieces in their order: the piece of each.
-std::vector<std::uint32_t> order_of_faces(const std::vector<SurfacePiece>& pieces) {
+std::vector<std::uint32_t> order_of_faces(std::span<const SurfacePiece* const> pieces) {
   std::vector<Skin::Face> faces;
   std::vector<std::uint32_t> piece_of;
   for (std::uint32_t i = 0; i < pieces.size(); ++i)
-    for (const SurfacePiece::Face& face : pieces[i].faces) {
+    for (const SurfacePiece::Face& face : pieces[i]->faces) {
       faces.push_back(face.face);
       piece_of.push_back(i);
     }
@@ -66,36 +65,37 @@ std::vector<std::uint32_t> order_of_faces(const std::vector<SurfacePiece>& piece
 
 }  // namespace
 
-TriangleSurface joined(const std::vector<SurfacePiece>& pieces) {
+JoinedPieces join(std::span<const SurfacePiece* const> pieces) {
   std::size_t all_triangles = 0, all_points = 0, all_shared = 0;
-  for (const SurfacePiece& piece : pieces) {
-    all_triangles += piece.triangles.size();
-    all_points += piece.points.size();
-    all_shared += piece.shared.size();
+  for (const SurfacePiece* piece : pieces) {
+    all_triangles += piece->triangles.size();
+    all_points += piece->points.size();
+    all_shared += piece->shared.size();
   }
   if (all_points + all_shared >= none) throw Error("the surface has more points than 2^32");
   const auto first_name = static_cast<std::uint32_t>(none - all_shared);
   Names names(all_shared);
   std::vector<Reading> readings;
-  for (const SurfacePiece& piece : pieces) {
-    Reading& reading = readings.emplace_back();
-    reading.piece = &piece;
-    reading.number.assign(piece.points.size(), none);
-    for (const auto& [point, name] : piece.shared) reading.number[point] = first_name + names.number(name);
+  JoinedPieces result;  // a number is `none` yet, or, from `first_name` on, that of a name
+  for (const SurfacePiece* piece : pieces) {
+    readings.push_back({piece});
+    auto& number = result.numbers.emplace_back(piece->points.size(), none);
+    for (const auto& [point, name] : piece->shared) number[point] = first_name + names.number(name);
   }
   std::vector<std::uint32_t> number_of_name(names.size(), none);
-  TriangleSurface surface;
+  TriangleSurface& surface = result.surface;
   surface.points.reserve(all_points);
   surface.triangles.reserve(all_triangles);
   surface.owner.reserve(all_triangles);
-  for (const std::uint32_t i : order_of_faces(pieces)) {
+  result.piece_of_face = order_of_faces(pieces);
+  for (const std::uint32_t i : result.piece_of_face) {
     Reading& reading = readings[i];
     const SurfacePiece& piece = *reading.piece;
     const auto& [face, triangles] = piece.faces[reading.face++];
     for (std::uint32_t k = 0; k < triangles; ++k) {
       auto triangle = piece.triangles[reading.triangle++];
       for (std::uint32_t& point : triangle) {
-        std::uint32_t* number = &reading.number[point];
+        std::uint32_t* number = &result.numbers[i][point];
         if (*number >= first_name && *number != none) number = &number_of_name[*number - first_name];
         if (*number == none) {
           *number = static_cast<std::uint32_t>(surface.points.size());
@@ -107,7 +107,16 @@ TriangleSurface joined(const std::vector<SurfacePiece>& pieces) {
       surface.owner.push_back(face.owner);
     }
   }
-  return surface;
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    for (const auto& [point, name] : pieces[i]->shared)
+      result.numbers[i][point] = number_of_name[result.numbers[i][point] - first_name];
+  return result;
+}
+
+TriangleSurface joined(const std::vector<SurfacePiece>& pieces) {
+  std::vector<const SurfacePiece*> all;
+  for (const SurfacePiece& piece : pieces) all.push_back(&piece);
+  return join(all).surface;
 }
 
 }  // namespace bsp2::geometry
