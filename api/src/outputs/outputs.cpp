@@ -350,6 +350,10 @@ void ask_for(const Outputs& files, bool only, supersteps::RunOptions& run) {
   if (!only) return;
   run.collect_cells = run.boundary || files.cells || files.picture || files.of_steps() || files.solver_mesh;
   run.can_be_asked = files.solver_mesh.has_value();
+  // Nobody else needs all cells in one place.
+  run.complex = files.solver_mesh && !files.cells && !files.picture && !files.of_steps() && !files.film &&
+                !files.drawing;
+  if (run.complex) run.collect = supersteps::Collect::file;
 }
 
 supersteps::RunResult write_run(const Writing& writing, supersteps::Ranks& ranks, const Run& evaluate,

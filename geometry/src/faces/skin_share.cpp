@@ -1,7 +1,6 @@
 #include "bsp2/geometry/surface/skin_share.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -16,8 +15,6 @@
 
 namespace bsp2::geometry {
 
-using Box = SkinShare::Box;
-
 namespace {
 
 /// Who decides whose own a face is.
@@ -25,34 +22,11 @@ std::size_t place_of(const Skin::Face& face, std::size_t shares) {
   return (std::uint64_t{face.outward.code} * 0x9e3779b97f4a7c15u >> 32) % shares;
 }
 
-Box no_box() {
-  Box box;
-  box.low.fill(std::numeric_limits<double>::infinity());
-  box.high.fill(-std::numeric_limits<double>::infinity());
-  return box;
-}
-
-void unite_with(const Box& other, Box& box) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    box.low[k] = std::min(box.low[k], other.low[k]);
-    box.high[k] = std::max(box.high[k], other.high[k]);
-  }
-}
-
-bool are_apart(const Box& a, const Box& b) {
-  for (std::size_t k = 0; k < 3; ++k)
-    if (a.low[k] > b.high[k] || b.low[k] > a.high[k]) return true;
-  return false;
-}
-
 /// Holds the exact edge.
-Box box_of(const PointSet& points, const Skin::Edge& edge) {
-  const Vertex<3>&u = points.vertices[edge.from], &v = points.vertices[edge.to];
-  Box box;
-  for (std::size_t k = 0; k < 3; ++k) {
-    box.low[k] = std::min(u.x[k] - u.error, v.x[k] - v.error);
-    box.high[k] = std::max(u.x[k] + u.error, v.x[k] + v.error);
-  }
+CertainBox box_of(const PointSet& points, const Skin::Edge& edge) {
+  CertainBox box = CertainBox::empty();
+  box.add(points.vertices[edge.from]);
+  box.add(points.vertices[edge.to]);
   return box;
 }
 
@@ -111,62 +85,6 @@ void tell(const ToldShare& told, double done) {
   if (told) told(done);
 }
 
-/// Edges in groups of some that are near to each other.
-class EdgeGroups {
- public:
-  void make(const PointSet& points, const EdgeChain& edges) {
-    std::vector<Item> items(edges.size());
-    for (std::uint32_t i = 0; i < edges.size(); ++i) {
-      const auto &u = points.vertices[edges[i].from].x, &v = points.vertices[edges[i].to].x;
-      items[i] = {{u[0] + v[0], u[1] + v[1], u[2] + v[2]}, i};
-    }
-    boxes_.clear();
-    ends_.clear();
-    order_.clear();
-    part(items, points, edges);
-  }
-  [[nodiscard]] const std::vector<Box>& boxes() const { return boxes_; }
-  /// The edges of each group.
-  [[nodiscard]] std::span<const std::uint32_t> group(std::size_t i) const {
-    const std::size_t begin = i == 0 ? 0 : ends_[i - 1];
-    return {order_.data() + begin, ends_[i] - begin};
-  }
-
- private:
-  struct Item {
-    std::array<double, 3> centre;  // twice
-    std::uint32_t edge;
-  };
-  static constexpr std::size_t most = 64;  // in a group
-  std::vector<Box> boxes_;
-  std::vector<std::uint32_t> order_;
-  std::vector<std::size_t> ends_;
-
-  void part(std::span<Item> items, const PointSet& points, const EdgeChain& edges) {
-    if (items.empty()) return;
-    if (items.size() <= most) {
-      Box box = no_box();
-      for (const Item& item : items) {
-        unite_with(box_of(points, edges[item.edge]), box);
-        order_.push_back(item.edge);
-      }
-      boxes_.push_back(box);
-      ends_.push_back(order_.size());
-      return;
-    }
-    Box centres = no_box();
-    for (const Item& item : items) unite_with({item.centre, item.centre}, centres);
-    std::size_t axis = 0;
-    for (std::size_t k = 1; k < 3; ++k)
-      if (centres.high[k] - centres.low[k] > centres.high[axis] - centres.low[axis]) axis = k;
-    const std::size_t half = items.size() / 2;
-    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(),
-                     [axis](const Item& a, const Item& b) { return a.centre[axis] < b.centre[axis]; });
-    part(items.first(half), points, edges);
-    part(items.subspan(half), points, edges);
-  }
-};
-
 }  // namespace
 
 struct SkinShare::Implementation {
@@ -179,8 +97,8 @@ struct SkinShare::Implementation {
   Skin skin;  // with vertices until there are points
   PointSet points;
   std::size_t own_faces = 0;  // they come first, then those of which there are only some edges
-  EdgeGroups groups;
-  bool is_divided = false;  // the edges, at all points that are ends of others
+  BoxGroups groups;           // of the own edges
+  bool is_divided = false;    // the edges, at all points that are ends of others
   FaceTriangles triangles;
   std::size_t own_edges = 0, triangulated_points = 0;
   bool has_crossings = false;
@@ -213,6 +131,9 @@ struct SkinShare::Implementation {
       throw std::logic_error("edges of a face of the boundary that cross cannot be divided");
   }
 
+  [[nodiscard]] BoxGroups::BoxOf box_of_edge() const {
+    return [this](std::uint32_t edge) { return box_of(points, skin.edges[edge]); };
+  }
   [[nodiscard]] std::size_t count_own_edges() const {
     return static_cast<std::size_t>(std::count_if(skin.edges.begin(), skin.edges.end(),
                                                   [&](const auto& edge) { return edge.face < own_faces; }));
@@ -305,48 +226,23 @@ std::vector<Skin> SkinShare::hand_over(std::span<const Decision> decisions) {
 
 void SkinShare::take_over(const Skin& faces) { implementation_->skin.append(faces); }
 
-std::vector<Box> SkinShare::boxes() {
+std::vector<CertainBox> SkinShare::boxes() {
   Implementation& mine = *implementation_;
   sort_faces(mine.skin);
   mine.skin.weld();
   mine.points = take_points(mine.table, mine.threads, mine.skin);
   mine.own_faces = mine.skin.faces.size();
-  mine.groups.make(mine.points, mine.skin.edges);
+  mine.groups.make(mine.skin.edges.size(), mine.box_of_edge());
   return mine.groups.boxes();
 }
 
-std::vector<Skin> SkinShare::neighbours(const std::vector<std::vector<Box>>& boxes) const {
+std::vector<Skin> SkinShare::neighbours(const std::vector<std::vector<CertainBox>>& boxes) const {
   const Implementation& mine = *implementation_;
-  const auto& own = mine.groups.boxes();
   std::vector<Skin> parts(mine.shares);
   Extract extract(mine.points.size(), mine.skin.faces.size());
-  std::vector<std::uint32_t> edges;
-  // Groups stand near those that they are near to: by halves, with what is near to all of a half.
-  const auto look = [&](const auto& self, std::size_t first, std::size_t end,
-                        const std::vector<Box>& others) -> void {
-    Box all = no_box();
-    for (std::size_t group = first; group < end; ++group) unite_with(own[group], all);
-    std::vector<Box> near;
-    for (const Box& box : others)
-      if (!are_apart(box, all)) near.push_back(box);
-    if (near.empty()) return;
-    if (end - first > 1) {
-      const std::size_t middle = first + (end - first) / 2;
-      self(self, first, middle, near);
-      self(self, middle, end, near);
-      return;
-    }
-    for (const std::uint32_t edge : mine.groups.group(first)) {
-      const Box box = box_of(mine.points, mine.skin.edges[edge]);
-      if (std::any_of(near.begin(), near.end(), [&](const Box& other) { return !are_apart(box, other); }))
-        edges.push_back(edge);
-    }
-  };
   for (std::size_t to = 0; to < parts.size(); ++to) {
-    if (to == mine.share || own.empty()) continue;
-    edges.clear();
-    look(look, 0, own.size(), boxes[to]);
-    std::sort(edges.begin(), edges.end());
+    if (to == mine.share) continue;
+    const std::vector<std::uint32_t> edges = mine.groups.touching(boxes[to], mine.box_of_edge());
     if (!edges.empty())
       parts[to] = extract.take(
           mine.skin, edges, [&](std::uint32_t point) { return mine.points.vertices[point].hyperplanes; },

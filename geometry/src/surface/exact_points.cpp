@@ -28,6 +28,10 @@ using WideInteger = FixedInteger<4608>;
 
 }  // namespace
 
+double place_along(const std::array<double, 3>& x) {
+  return sorting_direction[0] * x[0] + sorting_direction[1] * x[1] + sorting_direction[2] * x[2];
+}
+
 void PointSet::clear() {
   vertices.clear();
   offset.assign(1, 0);
@@ -140,9 +144,7 @@ void ExactPoints::sort_keys(const PointSet& points) {
   keys_.clear();
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const auto& x = points.vertices[i].x;
-    keys_.emplace_back(
-        sorting_direction[0] * x[0] + sorting_direction[1] * x[1] + sorting_direction[2] * x[2], i);
+    keys_.emplace_back(place_along(points.vertices[i].x), i);
     low = std::min(low, keys_.back().first);
     high = std::max(high, keys_.back().first);
   }
@@ -243,9 +245,13 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
 
 std::vector<std::uint32_t> ExactPoints::unify_in_order(PointSet& points, std::vector<std::uint32_t>& rank) {
   std::vector<std::uint32_t> map = find_clusters(points);
+  const std::vector<std::uint32_t> rank_of_cluster = order_clusters(points);
   if (clusters_.size() == points.size()) {  // all are different
-    rank = map;
-    std::iota(map.begin(), map.end(), 0U);
+    rank.resize(map.size());
+    for (std::uint32_t point = 0; point < map.size(); ++point) {
+      rank[point] = rank_of_cluster[map[point]];
+      map[point] = point;
+    }
     return map;
   }
   std::vector<std::uint32_t> place(clusters_.size(), none);
@@ -254,13 +260,32 @@ std::vector<std::uint32_t> ExactPoints::unify_in_order(PointSet& points, std::ve
   for (std::uint32_t& cluster : map) {
     if (place[cluster] == none) {
       place[cluster] = static_cast<std::uint32_t>(rank.size());
-      rank.push_back(cluster);
+      rank.push_back(rank_of_cluster[cluster]);
       add_united(points, clusters_[cluster]);
     }
     cluster = place[cluster];
   }
   std::swap(points, united_);
   return map;
+}
+
+/// @return the rank of each cluster. They were found in the order of whichever name came first, which is
+/// nearly that of the names that stay.
+std::vector<std::uint32_t> ExactPoints::order_clusters(const PointSet& points) {
+  keys_.clear();
+  for (std::uint32_t i = 0; i < clusters_.size(); ++i)
+    keys_.emplace_back(place_along(points.vertices[clusters_[i].point].x), i);
+  const auto is_before = [&](const auto& a, const auto& b) {
+    if (a.first != b.first) return a.first < b.first;
+    const Vertex<3>&u = points.vertices[clusters_[a.second].point],
+          &v = points.vertices[clusters_[b.second].point];
+    return u.x != v.x ? u.x < v.x : u.hyperplanes < v.hyperplanes;
+  };
+  if (!std::is_sorted(keys_.begin(), keys_.end(), is_before))
+    std::sort(keys_.begin(), keys_.end(), is_before);
+  std::vector<std::uint32_t> rank(keys_.size());
+  for (std::uint32_t i = 0; i < keys_.size(); ++i) rank[keys_[i].second] = i;
+  return rank;
 }
 
 namespace {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
 
@@ -13,11 +14,11 @@ using geometry::HyperplaneId;
 using geometry::OrientedHyperplane;
 
 FacetLoader::FacetLoader(geometry::ExactPoints& exact, PointRegister& points,
-                         std::span<const std::shared_ptr<const CellBatch>> batches)
-    : exact_(exact),
-      points_(points),
-      batches_(batches),
-      names_(exact.table(), geometry::family_planes(exact.table(), batches)) {}
+                         std::vector<HyperplaneId> families)
+    : exact_(exact), points_(points), names_(exact.table(), std::move(families)) {
+  result_.planes.resize(exact_.table().size());
+  std::iota(result_.planes.begin(), result_.planes.end(), HyperplaneId{0});
+}
 
 FacetLoader::Name FacetLoader::name(std::int32_t code) {
   const bool is_flipped = code < 0;
@@ -40,9 +41,10 @@ FacetLoader::Name FacetLoader::find_name(HyperplaneId id) {
   return {name, entry->second};
 }
 
-CellFacets FacetLoader::run() {
-  std::size_t cells = 0, points = 0, facets = 0, corners = 0;
-  for (const auto& batch : batches_) {
+void FacetLoader::load(std::span<const std::shared_ptr<const CellBatch>> batches) {
+  std::size_t cells = result_.part.size(), points = result_.cell_points.size(),
+              facets = result_.facets.size(), corners = result_.corners.size();
+  for (const auto& batch : batches) {
     cells += batch->size();
     points += batch->point_offset.back();
     facets += batch->facet_offset.back();
@@ -53,14 +55,15 @@ CellFacets FacetLoader::run() {
   result_.cell_points.reserve(points);
   result_.facets.reserve(facets + 1);
   result_.corners.reserve(corners);
-  result_.planes.resize(exact_.table().size());
-  std::iota(result_.planes.begin(), result_.planes.end(), HyperplaneId{0});
-  for (const auto& batch : batches_)
+  for (const auto& batch : batches)
     for (std::uint32_t cell = 0; cell < batch->size(); ++cell)
       if (batch->label[cell] == geometry::Label::in) {
         geometry::Interruption::check();
         load(*batch, cell);
       }
+}
+
+CellFacets FacetLoader::take() {
   result_.facets.push_back({0, -1, static_cast<std::uint32_t>(result_.corners.size()), false});
   return std::move(result_);
 }

@@ -52,10 +52,13 @@ struct CellFacets {
 /// Names the corners of cells. Thread rule: one thread at a time.
 class FacetLoader {
  public:
+  /// @param families all planes of families that facets are on (geometry::family_planes).
   FacetLoader(geometry::ExactPoints& exact, PointRegister& points,
-              std::span<const std::shared_ptr<const geometry::CellBatch>> batches);
-  /// Those of all IN cells, in their order.
-  CellFacets run();
+              std::vector<geometry::HyperplaneId> families);
+  /// Those of all IN cells, in their order. May be called again, for more.
+  void load(std::span<const std::shared_ptr<const geometry::CellBatch>> batches);
+  [[nodiscard]] const CellFacets& facets() const { return result_; }
+  CellFacets take();
 
  private:
   using Ids = std::array<geometry::HyperplaneId, 3>;
@@ -67,7 +70,6 @@ class FacetLoader {
 
   geometry::ExactPoints& exact_;
   PointRegister& points_;
-  std::span<const std::shared_ptr<const geometry::CellBatch>> batches_;
   geometry::PlaneNames names_;
   std::unordered_map<geometry::HyperplaneId, Name> known_;            // by ids, of those of no primitive
   std::unordered_map<geometry::HyperplaneId, std::uint32_t> number_;  // by names, likewise

@@ -137,13 +137,9 @@ double PlaneOverlay::find_boxes() {
   for (std::size_t k = 1; k < 3; ++k)
     if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
   axis_ = axis;
-  const auto place_of = [&](const Facet& facet) {
-    return place_[static_cast<std::size_t>(facets_.facets[facet.source].cell)];
-  };
   for (auto& side : sides_)
-    std::sort(side.begin(), side.end(), [&](const Facet& a, const Facet& b) {
-      return std::pair(a.low[axis], place_of(a)) < std::pair(b.low[axis], place_of(b));
-    });
+    std::sort(side.begin(), side.end(),
+              [axis](const Facet& a, const Facet& b) { return a.low[axis] < b.low[axis]; });
   return slack;
 }
 
@@ -311,30 +307,59 @@ void PlaneOverlay::add_line_ends(std::span<const PolygonCorner> polygon, int way
   }
 }
 
+const geometry::Vertex<3>& PlaneOverlay::vertex(std::uint32_t point) const {
+  const std::size_t known = points_.size();
+  return point < known ? points_.vertices[point] : result_->points.vertices[point - known];
+}
+
+/// What is taken away first decides how the rest is divided. That shall not depend on what else is on the
+/// plane, so it goes by where pieces are, and what their corners are called.
+void PlaneOverlay::sort_by_corners(std::vector<std::uint32_t>& pieces) const {
+  using Key = std::pair<std::array<double, 3>, std::array<HyperplaneId, 3>>;
+  std::vector<std::pair<std::vector<Key>, std::uint32_t>> keys;
+  for (const std::uint32_t piece : pieces) {
+    auto& [corners, number] = keys.emplace_back();
+    number = piece;
+    for (const PolygonCorner& corner : corners_of(result_->pieces[piece])) {
+      const geometry::Vertex<3>& v = vertex(corner.point);
+      corners.emplace_back(v.x, v.hyperplanes);
+    }
+    std::sort(corners.begin(), corners.end());
+  }
+  std::sort(keys.begin(), keys.end());
+  for (std::size_t i = 0; i < pieces.size(); ++i) pieces[i] = keys[i].second;
+}
+
 void PlaneOverlay::add_what_is_left(const Facet& facet) {
   std::vector<std::uint32_t> pieces;
   for (std::uint32_t at = facet.shared; at != none; at = shared_[at].earlier)
     pieces.push_back(shared_[at].piece);
+  sort_by_corners(pieces);
   const auto whole = facets_.polygon(facet.source);
   left_.assign(1, Polygon(whole.begin(), whole.end()));
-  for (auto piece = pieces.rbegin(); piece != pieces.rend() && !left_.empty(); ++piece)
-    subtract(corners_of(result_->pieces[*piece]));
+  for (std::size_t i = 0; i < pieces.size() && !left_.empty(); ++i)
+    subtract(corners_of(result_->pieces[pieces[i]]));
   const CellFacets::Facet& source = facets_.facets[facet.source];
   for (const Polygon& polygon : left_)
     source.positive ? add_piece(Complex::outside, source.cell, polygon)
                     : add_piece(source.cell, Complex::outside, polygon);
 }
 
-/// Takes a polygon away from what is left of a facet.
+/// Takes a polygon away from what is left of a facet. Where its cycle begins depends on who wrote the cell.
 void PlaneOverlay::subtract(std::span<const PolygonCorner> polygon) {
+  const auto lowest = std::min_element(polygon.begin(), polygon.end(), [&](const auto& a, const auto& b) {
+    const geometry::Vertex<3>&u = vertex(a.point), &v = vertex(b.point);
+    return u.x != v.x ? u.x < v.x : u.hyperplanes < v.hyperplanes;
+  });
+  const auto first = static_cast<std::size_t>(lowest - polygon.begin());
   std::vector<Polygon> left;
   for (Polygon& piece : left_) {
     if (overlap(piece, polygon) == Overlap::none) {
       left.push_back(std::move(piece));
       continue;
     }
-    for (const PolygonCorner& edge : polygon) {
-      cut(piece, edge.across, inner_, outer_);
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+      cut(piece, polygon[(first + k) % polygon.size()].across, inner_, outer_);
       if (outer_.empty()) continue;
       left.push_back(outer_);
       piece.swap(inner_);

@@ -19,7 +19,8 @@ struct PlanePiece {
   std::uint32_t begin, count;  ///< its corners, among those of the facets
 };
 
-/// Lays the facets on the two sides of a plane over each other. Exact. Thread rule: one thread at a time,
+/// Lays the facets on the two sides of a plane over each other. Exact. What becomes of a facet depends on
+/// those that it meets alone. Thread rule: one thread at a time,
 /// beside others that have overlays of their own.
 class PlaneOverlay {
  public:
@@ -29,10 +30,8 @@ class PlaneOverlay {
     std::vector<PolygonCorner> corners;
     geometry::PointSet points;
   };
-  /// @param place of each cell in an order that depends on the set of cells alone.
-  PlaneOverlay(geometry::ExactPoints& exact, const PointRegister& named, const CellFacets& facets,
-               std::span<const std::uint32_t> place)
-      : exact_(exact), named_(named), points_(named.points()), facets_(facets), place_(place) {}
+  PlaneOverlay(geometry::ExactPoints& exact, const PointRegister& named, const CellFacets& facets)
+      : exact_(exact), named_(named), points_(named.points()), facets_(facets) {}
   /// @param on_plane all facets on one plane; those of one side do not overlap.
   void run(std::span<const std::uint32_t> on_plane, Result& result);
 
@@ -64,7 +63,6 @@ class PlaneOverlay {
   const PointRegister& named_;
   const geometry::PointSet& points_;
   const CellFacets& facets_;
-  std::span<const std::uint32_t> place_;
   Result* result_ = nullptr;
   geometry::HyperplaneId plane_ = 0;
   std::size_t axis_ = 0;  // along which the sweep goes
@@ -96,6 +94,8 @@ class PlaneOverlay {
   [[nodiscard]] std::span<const PolygonCorner> corners_of(const PlanePiece& piece) const;
   [[nodiscard]] bool is_shared_out(const Facet& facet);
   void add_line_ends(std::span<const PolygonCorner> polygon, int way);
+  [[nodiscard]] const geometry::Vertex<3>& vertex(std::uint32_t point) const;
+  void sort_by_corners(std::vector<std::uint32_t>& pieces) const;
   void add_what_is_left(const Facet& facet);
   void subtract(std::span<const PolygonCorner> polygon);
   void add_rest(std::uint32_t source);

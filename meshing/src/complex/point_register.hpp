@@ -28,7 +28,7 @@ class PointRegister {
   /// Makes points that are equal one. They stay in the order in which they were made: what is used together
   /// is together in memory. @return the new number of each old one.
   std::vector<std::uint32_t> unify();
-  /// A place for each point in an order that depends on the set of points alone.
+  /// A place for each point in an order that, of any two, depends on these alone (unify_in_order).
   [[nodiscard]] std::uint32_t rank(std::uint32_t point) const { return rank_[point]; }
   [[nodiscard]] const geometry::PointSet& points() const { return points_; }
 

@@ -46,7 +46,8 @@ class AskedRun : public Asked {
   }
   [[nodiscard]] meshing::Complex complex(const RunResult& result) const override {
     if constexpr (D == 3)
-      return meshing::conforming_complex(network_->table, result.mesh.batches, threads_);
+      return result.complex ? std::exchange(*result.complex, {})
+                            : meshing::conforming_complex(network_->table, result.mesh.batches, threads_);
     else
       throw Error("meshes for solvers are made of solids of dimension 3, not " + std::to_string(D) +
                   "; section(), extrude() or project() in the model give one of that dimension");

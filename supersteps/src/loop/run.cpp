@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "bsp2/dataflow/surface/surface.hpp"
 #include "bsp2/geometry/support/counted.hpp"
@@ -354,6 +355,20 @@ void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D
   describe_boundary(result);
 }
 
+/// Of the cells, which are given up. Collective.
+void make_complex(Ranks& ranks, const dataflow::Network<3>& network, const RunOptions& options,
+                  RunResult& result) {
+  ranks.agree([&] { ranks.begin("meshing"); });
+  result.tree = geometry::BspTree{.dimension = 3};
+  try {
+    result.complex = meshing_cells(ranks, network.table, std::exchange(result.mesh.batches, {}), options,
+                                   result.report.threads);
+  } catch (const geometry::Interrupted&) {
+    result.report.interrupted = true;
+  }
+  malloc_trim(0);
+}
+
 /// The surface alone, where that can be done. Collective.
 std::optional<RunResult> run_without_cells(Ranks& ranks, dataflow::Network<3>& network,
                                            const RunOptions& options, const Source& source,
@@ -564,7 +579,10 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
       saving.save(ranks, network, progress, options, source, result.report.complete, result.report.earlier);
   }
   if (saving.failure) result.report.failed.push_back(*saving.failure);
-  if (options.can_be_asked && options.collect_cells && result.is_collected && ranks.is_master())
+  if constexpr (D == 3)
+    if (options.complex && ranks.count() > 1) make_complex(ranks, network, options, result);
+  if (options.can_be_asked && options.collect_cells && (result.is_collected || options.complex) &&
+      ranks.is_master())
     result.asked = asked<D>(held, progress.partition, result.report.threads);
   if (options.on_cells) give_cells(options, result);
   if (!options.strict)

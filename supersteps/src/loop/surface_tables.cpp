@@ -76,7 +76,7 @@ std::vector<geometry::SurfacePiece> pieces_of(const geometry::HyperplaneTable<3>
     for (const auto& some : column(decisions, node)) mine.insert(mine.end(), some.begin(), some.end());
     faces[node] = shares[node]->hand_over(mine);
   });
-  std::vector<std::vector<SkinShare::Box>> boxes(count);
+  std::vector<std::vector<geometry::CertainBox>> boxes(count);
   nodes.step([&](unsigned node) {
     for (const Skin& some : column(faces, node)) shares[node]->take_over(some);
     boxes[node] = shares[node]->boxes();

@@ -1,14 +1,12 @@
 #include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <optional>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "bsp2/geometry/surface/skin_share.hpp"
-#include "ranks/exchange.hpp"
+#include "ranks/sharing.hpp"
 #include "stages/skin_archive.hpp"
 #include "stages/stages.hpp"
 
@@ -21,31 +19,6 @@ namespace {
 
 using geometry::SkinShare;
 using Table = geometry::HyperplaneTable<3>;
-
-/// What a rank has for each of the others.
-template <typename T>
-std::vector<std::string> texts_of(const std::vector<T>& for_ranks) {
-  std::vector<std::string> texts;
-  for (const T& value : for_ranks) texts.push_back(dataflow::to_bytes(value));
-  return texts;
-}
-
-/// What has come from each rank, in their order.
-template <typename T>
-std::vector<T> values_of(const Ranks& ranks) {
-  std::vector<T> values;
-  for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, values.emplace_back());
-  return values;
-}
-
-/// A part of a superstep: `work` makes what this rank has for each. Collective.
-void step(Ranks& ranks, const std::function<std::vector<std::string>()>& work) {
-  std::vector<std::string> texts;
-  ranks.agree([&] { texts = work(); });
-  for (int rank = 0; rank < ranks.count(); ++rank)
-    ranks.send(rank, std::exchange(texts[static_cast<std::size_t>(rank)], {}));
-  ranks.sync();
-}
 
 /// What of the surface this rank makes: of its own faces the triangles, or all that a complex needs.
 /// Collective.
@@ -69,7 +42,8 @@ Piece piece_of(Ranks& ranks, const Table& table, geometry::Skin mine, unsigned t
     for (const auto& faces : values_of<geometry::Skin>(ranks)) share->take_over(faces);
     return std::vector<std::string>(count, dataflow::to_bytes(share->boxes()));
   });
-  step(ranks, [&] { return texts_of(share->neighbours(values_of<std::vector<SkinShare::Box>>(ranks))); });
+  step(ranks,
+       [&] { return texts_of(share->neighbours(values_of<std::vector<geometry::CertainBox>>(ranks))); });
   std::vector<SkinShare::Name> crossings;
   for (bool is_first = true; is_first || !crossings.empty(); is_first = false) {
     step(ranks, [&] {
@@ -91,24 +65,6 @@ Piece piece_of(Ranks& ranks, const Table& table, geometry::Skin mine, unsigned t
       piece = share->take();
   });
   return piece;
-}
-
-/// All that is on the master then. Collective.
-template <typename T>
-std::vector<T> gather_all(Ranks& ranks, T mine) {
-  std::string bytes;
-  ranks.agree([&] {
-    if (!ranks.is_master()) bytes = dataflow::to_bytes(std::exchange(mine, {}));
-  });
-  if (!ranks.is_master()) ranks.send(0, std::exchange(bytes, {}));
-  ranks.sync();
-  std::vector<T> all;
-  ranks.agree([&] {
-    if (!ranks.is_master()) return;
-    all.push_back(std::move(mine));
-    for (auto& other : values_of<T>(ranks)) all.push_back(std::move(other));
-  });
-  return all;
 }
 
 /// The triangles alone. Collective.

@@ -34,7 +34,7 @@ struct is_bitwise_serializable<bsp2::geometry::SkinShare::Claim> : mpl::true_ {}
 template <>
 struct is_bitwise_serializable<bsp2::geometry::SkinShare::Decision> : mpl::true_ {};
 template <>
-struct is_bitwise_serializable<bsp2::geometry::SkinShare::Box> : mpl::true_ {};
+struct is_bitwise_serializable<bsp2::geometry::CertainBox> : mpl::true_ {};
 template <>
 struct is_bitwise_serializable<bsp2::geometry::SurfacePiece::Face> : mpl::true_ {};
 template <>

@@ -167,6 +167,13 @@ void find_boundary(Ranks& ranks, const geometry::HyperplaneTable<3>& table, geom
                    bool with_faces, unsigned threads, std::optional<geometry::TriangleSurface>& boundary,
                    std::optional<geometry::Brep>& faces, const geometry::ToldShare& told);
 
+/// Meshing: the IN cells as a complex that conforms, on the master; each rank makes the faces of its own
+/// cells. h = the cells around those of other ranks, and then the faces, which the master receives.
+/// Collective. @throws geometry::Interrupted on all ranks if one has been told to end.
+std::shared_ptr<meshing::Complex> meshing_cells(Ranks& ranks, const geometry::HyperplaneTable<3>& table,
+                                                std::vector<std::shared_ptr<const geometry::CellBatch>> cells,
+                                                const RunOptions& options, unsigned threads);
+
 /// Tells whoever follows the run of a part of a superstep, which leads from one share of it to another one;
 /// empty where nobody does, as on all ranks but the master.
 geometry::ToldShare told_share(const Ranks& ranks, const RunOptions& options, double from, double to);

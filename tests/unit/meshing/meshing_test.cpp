@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -19,6 +20,7 @@
 
 #include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
+#include "bsp2/meshing/complex/complex_share.hpp"
 #include "bsp2/meshing/groups/groups.hpp"
 #include "bsp2/meshing/simplices/orientation.hpp"
 #include "bsp2/meshing/tetrahedra/dual.hpp"
@@ -276,6 +278,7 @@ void expect_equal(const Complex& a, const Complex& b) {
   EXPECT_EQ(a.owner, b.owner);
   EXPECT_EQ(a.neighbour, b.neighbour);
   EXPECT_EQ(a.plane, b.plane);
+  EXPECT_EQ(a.outward, b.outward);
   EXPECT_EQ(a.part, b.part);
 }
 
@@ -289,6 +292,75 @@ TEST_P(RandomMeshes, ComplexIsTheSameForAnyThreads) {
     const Complex a = conforming_complex(one.network.table, one.batches);
     const Complex b = conforming_complex(three.network.table, three.batches, 3);
     expect_equal(a, b);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+/// Shares by themselves, each with what the others tell it.
+Complex shared_complex(const geometry::HyperplaneTable<3>& table, const std::vector<dataflow::Batches>& cells,
+                       unsigned threads) {
+  const auto count = static_cast<unsigned>(cells.size());
+  std::vector<std::unique_ptr<ComplexShare>> shares;
+  std::vector<ComplexShare::Beginning> beginnings;
+  for (unsigned i = 0; i < count; ++i) {
+    shares.push_back(std::make_unique<ComplexShare>(table, cells[i], i, count, threads));
+    beginnings.push_back(shares[i]->beginning());
+  }
+  std::vector<std::vector<geometry::CertainBox>> boxes;
+  for (const auto& share : shares) boxes.push_back(share->boxes(beginnings));
+  for (const bool is_first : {true, false}) {
+    std::vector<std::vector<NeighbourCells>> given;
+    for (const auto& share : shares) given.push_back(share->neighbours(boxes));
+    for (unsigned from = 0; from < count; ++from)
+      for (unsigned to = 0; to < count; ++to) shares[to]->take_neighbours(std::move(given[from][to]));
+    if (!is_first) break;
+    for (unsigned i = 0; i < count; ++i) boxes[i] = shares[i]->boxes_of_neighbours();
+  }
+  std::vector<ComplexPiece> pieces;
+  for (const auto& share : shares) pieces.push_back(share->piece());
+  return joined(table, pieces);
+}
+
+/// Cells by cells, or by where they are.
+std::vector<dataflow::Batches> dealt_out(const dataflow::Batches& batches, Random& random, unsigned count) {
+  std::vector<std::shared_ptr<geometry::CellBatch>> shares(count);
+  for (auto& share : shares) share = std::make_shared<geometry::CellBatch>();
+  const bool is_by_place = dataflow::chance(random, 0.6);
+  const Point direction{dataflow::uniform(random, -1, 1), dataflow::uniform(random, -1, 1),
+                        dataflow::uniform(random, -1, 1)};
+  const auto along = [&](const geometry::CellBatch& batch, std::size_t cell) {
+    double sum = 0;
+    const auto points = batch.cell_points(cell);
+    for (std::size_t i = 0; i < points.size(); ++i) sum += direction[i % 3] * points[i];
+    return sum / static_cast<double>(points.size());
+  };
+  std::vector<double> places;
+  for (const auto& batch : batches)
+    for (std::size_t cell = 0; cell < batch->size(); ++cell) places.push_back(along(*batch, cell));
+  std::sort(places.begin(), places.end());
+  for (const auto& batch : batches)
+    for (std::size_t cell = 0; cell < batch->size(); ++cell) {
+      const auto place = std::lower_bound(places.begin(), places.end(), along(*batch, cell)) - places.begin();
+      const std::size_t share =
+          is_by_place ? static_cast<std::size_t>(place) * count / places.size()
+                      : static_cast<std::size_t>(dataflow::pick(random, 0, static_cast<int>(count) - 1));
+      shares[share]->append(*batch, cell, 1);
+    }
+  std::vector<dataflow::Batches> result(count);
+  for (unsigned i = 0; i < count; ++i) result[i].push_back(shares[i]);
+  return result;
+}
+
+TEST_P(RandomMeshes, ComplexIsTheSameHoweverCellsAreDealtOut) {
+  for (int round = 0; round < samples::rounds(30); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto solid = solid_of(random_solid(random, GetParam()), 1, round % 5 == 0 ? 0 : 1e-9);
+    const auto count = static_cast<unsigned>(dataflow::pick(random, 2, 7));
+    const auto cells = dealt_out(solid.batches, random, count);
+    expect_equal(conforming_complex(solid.network.table, solid.batches),
+                 shared_complex(solid.network.table, cells, 1 + static_cast<unsigned>(round) % 2));
     if (testing::Test::HasFailure()) return;
   }
 }
@@ -343,6 +415,8 @@ TEST(ConformingComplex, ThreadsMakeTheSameOfManyFacets) {
     check_complex(one, solid);
     for (const unsigned threads : {2U, 5U})
       expect_equal(one, conforming_complex(solid.network.table, solid.batches, threads));
+    const auto cells = dealt_out(solid.batches, random, 3);
+    expect_equal(one, shared_complex(solid.network.table, cells, 2));
     if (testing::Test::HasFailure()) return;
   }
 }

@@ -41,7 +41,7 @@ inline std::vector<std::unique_ptr<SkinShare>> shares_of(const HyperplaneTable<3
     given.push_back(shares[i]->hand_over(mine));
   }
   given = exchanged(std::move(given));
-  std::vector<std::vector<SkinShare::Box>> boxes;
+  std::vector<std::vector<CertainBox>> boxes;
   for (unsigned i = 0; i < count; ++i) {
     for (const Skin& faces : given[i]) shares[i]->take_over(faces);
     boxes.push_back(shares[i]->boxes());

@@ -37,6 +37,9 @@ struct PointSet {
 /// The vertex of three hyperplanes; the same bits in whatever order they are named.
 Vertex<3> canonical_vertex(const HyperplaneTable<3>& table, std::array<HyperplaneId, 3> ids);
 
+/// How far rounded coordinates are along a direction in which different points hardly ever agree.
+double place_along(const std::array<double, 3>& x);
+
 /// Exact coordinates of hyperplanes and vertices, those asked for last kept. A reference is valid until the
 /// next call.
 class ExactCoordinates {
@@ -82,7 +85,8 @@ class ExactPoints {
   /// @return the new index of each old point.
   std::vector<std::uint32_t> unify(PointSet& points);
   /// The same, but points stay in the order in which they are: each in the place of the first that is equal.
-  /// @param rank gets the place of each point in an order that depends on the set alone: that of `unify`.
+  /// @param rank gets the place of each point in an order that, of any two, depends on these alone: by
+  /// `place_along` of the coordinates that stay, then by these, then by name.
   std::vector<std::uint32_t> unify_in_order(PointSet& points, std::vector<std::uint32_t>& rank);
 
   /// Whether w is between u and v. @pre the three are different points of one line.
@@ -115,6 +119,7 @@ class ExactPoints {
   int exact_side(const Vertex<3>& vertex, HyperplaneId id);
   void sort_keys(const PointSet& points);
   std::vector<std::uint32_t> find_clusters(const PointSet& points);
+  std::vector<std::uint32_t> order_clusters(const PointSet& points);
   bool equals(const PointSet& points, std::uint32_t point, const Cluster& cluster);
   bool is_known(std::uint32_t list, HyperplaneId plane) const;
   void merge(const PointSet& points, std::uint32_t point, Cluster& cluster);

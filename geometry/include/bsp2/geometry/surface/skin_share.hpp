@@ -9,6 +9,7 @@
 
 #include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/geometry/surface/brep.hpp"
+#include "bsp2/geometry/surface/certain_boxes.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 
 namespace bsp2::geometry {
@@ -97,10 +98,6 @@ class SkinShare {
     Skin::Face face;
     std::uint32_t owner;
   };
-  /// Bounds of some edges, for certain.
-  struct Box {
-    std::array<double, 3> low, high;
-  };
   using Name = std::array<HyperplaneId, 3>;
 
   /// For each share those faces of which it decides whose own they are: by what they are alone.
@@ -113,9 +110,9 @@ class SkinShare {
   [[nodiscard]] std::vector<Skin> hand_over(std::span<const Decision> decisions);
   void take_over(const Skin& faces);
   /// Where the edges of the own faces are; all of these have come now.
-  [[nodiscard]] std::vector<Box> boxes();
+  [[nodiscard]] std::vector<CertainBox> boxes();
   /// For each share the edges of own faces that come near to its own. @param boxes of each share.
-  [[nodiscard]] std::vector<Skin> neighbours(const std::vector<std::vector<Box>>& boxes) const;
+  [[nodiscard]] std::vector<Skin> neighbours(const std::vector<std::vector<CertainBox>>& boxes) const;
   void take_neighbours(const Skin& edges);
   /// Triangulates the own faces. @param crossings that the shares have found before, of all of them.
   /// @return points in which edges of one face cross, at which the edges of all are to be divided.

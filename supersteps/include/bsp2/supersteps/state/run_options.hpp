@@ -97,7 +97,10 @@ struct RunOptions {
   bool closes_parts = false;  ///< with `boundary`: `faces`, too, if the model is divided into parts
   bool outlines = false;      ///< with `boundary`: those of the IN cells' parts (D = 2)
   bool contacts = false;      ///< and which of them touch, and where (likewise)
-  bool finds_rounds = true;   ///< the result tells pictures and CAD files what is round
+  /// With `can_be_asked`, on several ranks, for D = 3: all make the complex that the result may be asked for,
+  /// once, where the cells are, which it has no more then. It goes with Collect::file.
+  bool complex = false;
+  bool finds_rounds = true;  ///< the result tells pictures and CAD files what is round
   /// Told the share of the superstep at hand that is done, in [0, 1], and the cells of all ranks so far, 0
   /// where none are made; called on the master, from its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;

@@ -166,7 +166,8 @@ struct Answer {
 struct RunResult;
 class RoundFaces;
 
-/// What a finished run can be asked later: it keeps the hyperplanes. Of the master, if that has all cells.
+/// What a finished run can be asked later: it keeps the hyperplanes. Of the master, if that has all cells, or
+/// for the complex that all have made.
 /// Not collective; one thread at a time.
 class Asked {
  public:
@@ -180,7 +181,8 @@ class Asked {
   virtual void find_boundary(RunResult& result, bool with_faces) const = 0;
   /// Which IN cells touch, and where; none unless D = 3.
   [[nodiscard]] virtual std::vector<geometry::Contact> contacts(const RunResult& result) const = 0;
-  /// The IN cells as a complex that conforms. @throws bsp2::Error unless D = 3.
+  /// The IN cells as a complex that conforms; of a run with RunOptions::complex it is taken away from the
+  /// result. @throws bsp2::Error unless D = 3.
   [[nodiscard]] virtual meshing::Complex complex(const RunResult& result) const = 0;
   /// Where a point on the facets of what is truly round belongs: on its surface, and in those of the planes
   /// that are of the model. @param planes that the point is on. @return none if nothing there is round, or
@@ -211,8 +213,10 @@ struct RunResult {
   /// When asked for, the contacts that this rank found, by cells. Cells are counted through all regions in
   /// their order: as in the batches of the mesh, where it is collected.
   std::vector<geometry::Contact> contacts;
-  std::vector<Answer> answers;         ///< likewise, to RunOptions::points
-  std::shared_ptr<const Asked> asked;  ///< with RunOptions::can_be_asked, on the master if it has all cells
+  std::vector<Answer> answers;                ///< likewise, to RunOptions::points
+  std::shared_ptr<meshing::Complex> complex;  ///< with RunOptions::complex, on the master of several ranks
+  std::shared_ptr<const Asked> asked;  ///< with RunOptions::can_be_asked, on the master if it has all cells,
+                                       ///< or their complex
 };
 
 /// Who draws a region, and answers for its cells.
