@@ -18,6 +18,7 @@
 #include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "support/command.hpp"
@@ -231,6 +232,47 @@ TEST_F(MeshProgram, MistakesAreToldInOneMessage) {
     EXPECT_NE(ended.text.find(words), std::string::npos) << ended.text;
   }
 }
+
+#ifdef BSP2_MPIEXEC
+/// Each rank makes the polyhedra of its own cells: of parts, of what is round, and of a snapshot.
+TEST_F(MeshProgram, FilesAreTheSameOnAnyNumberOfRanks) {
+  setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+  setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+  const std::string snapshot = (folder_.path() / "run.h5").string(),
+                    cases = std::string(BSP2_SOURCE_DIR) + "/tests/cases/";
+  const Ended saved = samples::run_command(BSP2_PROGRAM " run " + cases +
+                                           "part-in-recess.csg --regions 16 --snapshot " + snapshot);
+  ASSERT_EQ(saved.code, 0) << saved.text;
+  const std::vector<std::pair<std::string, std::string>> meshes{
+      {cases + "part-in-recess.csg", "a.vtu --type polyhedra"},
+      {cases + "nonconforming.csg", "a.vtu --type polyhedra"},
+      {cases + "curved-pipe-cross.csg", "a.vtu --type polyhedra --curved --tolerance 0.05"},
+      {cases + "curved-pipe-cross.csg", "a.msh --curved --tolerance 0.05"},
+      {snapshot, "a.vtu --type polyhedra"},
+      {model_.string(), "a --size 0.7"}};
+  for (const auto& [model, options] : meshes) {
+    std::string one;
+    for (int ranks = 1; ranks <= 4; ++ranks) {
+      const fs::path folder = folder_.path() / "of_ranks";
+      fs::remove_all(folder);
+      fs::create_directories(folder);
+      const Ended ended = samples::run_command(BSP2_MPIEXEC " --oversubscribe -n " + std::to_string(ranks) +
+                                               " " BSP2_PROGRAM " mesh " + model + " --threads 1 -o " +
+                                               (folder / options).string());
+      ASSERT_EQ(ended.code, 0) << ended.text;
+      std::vector<fs::path> files;
+      for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file()) files.push_back(entry.path());
+      std::sort(files.begin(), files.end());
+      std::string all;
+      for (const fs::path& file : files) all += file.string() + '\n' + content_of(file);
+      if (ranks == 1) one = all;
+      ASSERT_GT(all.size(), 100U);
+      EXPECT_TRUE(all == one) << model << " -o " << options << ": others on " << ranks << " ranks";
+    }
+  }
+}
+#endif
 
 TEST_F(MeshProgram, PlaneModelsAreRefused) {
   std::ofstream(model_) << "square([1, 1]);\n";

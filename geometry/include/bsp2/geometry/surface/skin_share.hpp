@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "bsp2/geometry/cells/certain_boxes.hpp"
 #include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/geometry/surface/brep.hpp"
-#include "bsp2/geometry/surface/certain_boxes.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 
 namespace bsp2::geometry {

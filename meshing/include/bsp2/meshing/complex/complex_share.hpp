@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bsp2/geometry/cells/cell_batch.hpp"
+#include "bsp2/geometry/cells/certain_boxes.hpp"
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
-#include "bsp2/geometry/surface/certain_boxes.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
 
 namespace bsp2::meshing {

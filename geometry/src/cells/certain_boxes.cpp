@@ -1,4 +1,4 @@
-#include "bsp2/geometry/surface/certain_boxes.hpp"
+#include "bsp2/geometry/cells/certain_boxes.hpp"
 
 #include <algorithm>
 #include <limits>
