@@ -495,6 +495,25 @@ TEST(Moving, IsBegunByARankThatHasNothingLeftToDo) {
   }
 }
 
+TEST(Assigning, NeighboursGoTogetherWithAboutAsMuchWorkEach) {
+  EXPECT_EQ(assign_neighbours({1, 1, 1, 1}, 2), (std::vector<std::int32_t>{0, 0, 1, 1}));
+  EXPECT_EQ(assign_neighbours({0, 0, 0}, 3).size(), 3U);
+  EXPECT_TRUE(assign_neighbours({}, 3).empty());
+  std::mt19937 random(5);
+  for (int i = 0; i < 200; ++i) {
+    const int ranks = 1 + static_cast<int>(random() % 7);
+    std::vector<double> work;
+    for (unsigned k = 1 + random() % 60; k > 0; --k) work.push_back(static_cast<double>(1 + random() % 100));
+    const auto owner = assign_neighbours(work, ranks);
+    ASSERT_EQ(owner.size(), work.size());
+    EXPECT_TRUE(std::ranges::is_sorted(owner));
+    std::vector<double> load(static_cast<std::size_t>(ranks));
+    for (std::size_t k = 0; k < work.size(); ++k) load.at(static_cast<std::size_t>(owner[k])) += work[k];
+    const double mean = std::accumulate(work.begin(), work.end(), 0.0) / ranks;
+    for (const double each : load) EXPECT_NEAR(each, mean, std::ranges::max(work) * (1 + 1e-9));
+  }
+}
+
 TEST(Moving, GivesEachRankAboutAsMuchAndMovesNoMoreThanItMust) {
   // Balanced as it is: all stay.
   EXPECT_EQ(reassign_regions({4, 2, 3, 3}, {0, 0, 1, 1}, 2), (std::vector<std::int32_t>{0, 0, 1, 1}));

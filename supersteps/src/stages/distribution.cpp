@@ -41,10 +41,12 @@ dataflow::PartitionLimits limits_of_cuts(const RunOptions& options, unsigned ran
   return limits;
 }
 
-/// The rank of each region: as the caller says, or by the estimated work.
-std::vector<std::int32_t> owners(const std::vector<double>& work, int ranks,
-                                 const std::vector<std::int32_t>& asked) {
-  if (asked.empty()) return assign_regions(work, ranks);
+/// The rank of each region: as the caller says, or by the estimated work. What is made of cells that touch,
+/// a surface or polyhedra, costs the less the fewer touch those of other ranks.
+std::vector<std::int32_t> owners(const std::vector<double>& work, int ranks, const RunOptions& options) {
+  const std::vector<std::int32_t>& asked = options.first_rank_of_region;
+  if (asked.empty())
+    return options.boundary || options.complex ? assign_neighbours(work, ranks) : assign_regions(work, ranks);
   const bool is_valid =
       std::all_of(asked.begin(), asked.end(), [&](std::int32_t rank) { return rank >= 0 && rank < ranks; });
   if (asked.size() != work.size() || !is_valid)
@@ -90,6 +92,18 @@ std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ra
   return owner;
 }
 
+std::vector<std::int32_t> assign_neighbours(const std::vector<double>& work, int ranks) {
+  const double all = std::accumulate(work.begin(), work.end(), 0.0);
+  if (!(all > 0)) return assign_regions(work, ranks);
+  std::vector<std::int32_t> owner;
+  double before = 0;
+  for (const double own : work) {
+    owner.push_back(std::min(ranks - 1, static_cast<std::int32_t>(ranks * ((before + own / 2) / all))));
+    before += own;
+  }
+  return owner;
+}
+
 template <int D>
 dataflow::PartitionPart<D> part_of_distribution(const dataflow::Network<D>& network,
                                                 const RunOptions& options, dataflow::PartitionShare share,
@@ -106,7 +120,7 @@ Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, 
   auto mine = part_of_distribution(network, options, share, threads, for_ranks);
   auto [partition, maker_of_region] = dataflow::join_parts<D>(all_gather(ranks, mine.nodes));
   std::vector<std::int32_t> owner;
-  if (ranks.is_master()) owner = owners(partition.work, ranks.count(), options.first_rank_of_region);
+  if (ranks.is_master()) owner = owners(partition.work, ranks.count(), options);
   broadcast(ranks, owner);
   for (std::uint32_t number = 0, made = 0; number < owner.size(); ++number)
     if (maker_of_region[number] == share.index) mine.regions[made++].number = number;

@@ -76,6 +76,9 @@ struct Distribution {
 
 /// The region with the most work goes to the rank with the least, and so on. @return the rank of each region.
 std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ranks);
+/// Each rank gets regions that follow each other in the partition, and so lie beside each other, with its
+/// part of the work, but for half a region at each end. @return the rank of each region; ascending.
+std::vector<std::int32_t> assign_neighbours(const std::vector<double>& work, int ranks);
 
 /// Distribution: space is cut into regions of about equal work, which do not depend on who computes. Each
 /// rank makes its part of them, on `threads` threads, and learns the trees of the others; the master says who
