@@ -356,6 +356,7 @@ class Shaping {
       work_in_pieces(counts);
     else
       refine_well();
+    clean();  // not in pieces: what they share stays
     finish();
     report_.detail = wanted_.detail();
     report_.too_many = std::max(report_.too_many, wanted_.too_many());
@@ -378,7 +379,6 @@ class Shaping {
   }
 
   void finish() {
-    clean();
     for (int pass = 0; pass < 6; ++pass) {
       if (improve(pass < 3 ? fair : good, true) == 0) break;
       smooth_all();

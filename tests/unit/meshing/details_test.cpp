@@ -19,14 +19,17 @@ using dataflow::Random;
 
 /// Two blocks, one on the other, of which the upper one stands back by this much at one side, and by more or
 /// less at the others: so there are strips. All of it turned, so that nothing is exact.
-model::Expression steps(Random& random, double width) {
+model::Expression steps(Random& random, double width, bool in_parts = false) {
   const double other = width * dataflow::uniform(random, 1, 3), far = 1 + dataflow::uniform(random, 0, 1);
   const std::vector<double> up{1, 0, 0, width, 0, 1, 0, other, 0, 0, 1, 1, 0, 0, 0, 1};
   const auto upper = model::transform(up, model::cuboid({3 - width - far, 2 - 2 * other, 0.7}, false));
   const double a = dataflow::uniform(random, 0.1, 1.4);
   const std::vector<double> turn{
       std::cos(a), -std::sin(a), 0, 0, std::sin(a), std::cos(a), 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  return model::transform(turn, model::unite({model::cuboid({3, 2, 1}, false), upper}));
+  const auto lower = model::cuboid({3, 2, 1}, false);
+  return model::transform(turn, in_parts
+                                    ? model::unite({model::part("lower", lower), model::part("upper", upper)})
+                                    : model::unite({lower, upper}));
 }
 
 dataflow::Resolved thin_solid(const model::Expression& e) {
@@ -38,7 +41,7 @@ void expect_valid(const Tetrahedra& mesh, double volume, double may_differ_by) {
   const FaceUse use = face_use(mesh);
   EXPECT_EQ(use.more + use.folded + use.strange, 0U);
   double sum = 0;
-  for (const double part : volumes_of(mesh, 0)) sum += part;
+  for (const double part : volumes_of(mesh, 2)) sum += part;
   EXPECT_NEAR(sum, volume, may_differ_by);
 }
 
@@ -73,6 +76,21 @@ TEST(Details, WhatIsThinnerThanIsCleanedIsAbsorbed) {
     EXPECT_LE(report.largest_move, 1e-6);
     expect_valid(mesh, solid.volume, 1e-9 * solid.volume + report.largest_move * solid.surface.area());
     EXPECT_GT(quality_of(mesh).smallest_angle, 3);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+TEST(Details, PartsThatAreShapedByThemselvesFitTogether) {
+  for (int round = 0; round < samples::rounds(6); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto solid = thin_solid(steps(random, std::pow(10, dataflow::uniform(random, -9, -1.5)), true));
+    Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+    const ShapeReport report = shape(mesh, {.clean = 1e-6, .size = 0.5, .most = 20000, .by_parts_from = 0});
+    EXPECT_EQ(report.turned, 0U);
+    EXPECT_LE(report.largest_move, 1e-6);
+    expect_valid(mesh, solid.volume, 1e-9 * solid.volume + report.largest_move * solid.surface.area());
     if (testing::Test::HasFailure()) return;
   }
 }
