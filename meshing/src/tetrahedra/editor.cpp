@@ -154,6 +154,12 @@ void Editor::move(std::uint32_t p, const Point& to) {
   ++clock_;
 }
 
+void Editor::touch(std::uint32_t p) {
+  for (const std::uint32_t t : star_[p])
+    for (const std::uint32_t q : tetrahedra_[t].point) changed_[q] = clock_;
+  ++clock_;
+}
+
 void Editor::remove(std::uint32_t t) {
   for (const std::uint32_t p : tetrahedra_[t].point) {
     auto& star = star_[p];

@@ -102,6 +102,8 @@ class Editor {
 
   /// Rises with every change; and when something around a point has changed for the last time.
   [[nodiscard]] std::uint64_t clock() const { return clock_; }
+  /// As if something around a point had changed, and around its neighbours.
+  void touch(std::uint32_t p);
   [[nodiscard]] std::uint64_t changed_at(std::uint32_t p) const { return changed_[p]; }
 
   // Mending: after each of these steps fewer tetrahedra are flat or turned over, or by less, and none is by

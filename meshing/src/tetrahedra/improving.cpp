@@ -378,6 +378,21 @@ class Shaping {
     smooth_all();
   }
 
+  /// Edges near what pieces share; what is fine beside it stays so.
+  void refine_seam(const std::vector<std::uint32_t>& seam) {
+    const std::uint64_t since = editor_.clock();
+    for (const std::uint32_t p : seam) editor_.touch(p);
+    wanted_.find_finest();
+    coarsen(too_short, poor, since);
+    for (int pass = 0; pass < 6; ++pass) {
+      wanted_.find_finer();
+      const std::uint64_t split = refine(since);
+      improve(good, false);
+      smooth_all();
+      if (split == 0) break;
+    }
+  }
+
   void finish() {
     for (int pass = 0; pass < 6; ++pass) {
       if (improve(pass < 3 ? fair : good, true) == 0) break;
@@ -421,17 +436,13 @@ class Shaping {
       shaping.run_of_piece();
       return shaping.result();
     });
-    for (const Piece& piece : pieces) {
-      wanted_.set_detail(std::min(wanted_.detail(), piece.detail));
-      report_.too_many = std::max(report_.too_many, piece.too_many);
-    }
+    for (const Piece& piece : pieces) report_.too_many = std::max(report_.too_many, piece.too_many);
     std::vector<std::uint32_t> seam;
     const Piece all = joined(whole, std::move(pieces), seam);
     editor_ = Editor(all.mesh, all.kind);
     moved_ = all.moved;
     settle_all_but(seam);
-    wanted_.find(true);
-    refine_once();
+    refine_seam(seam);
   }
 
   /// What is away from these points was improved already.
@@ -489,10 +500,10 @@ class Shaping {
 
   /// @param share edges shorter than this share of what is wanted go, where what is left has at least this
   /// shape. @return how many did.
-  std::uint64_t coarsen(double share, double least) {
+  std::uint64_t coarsen(double share, double least, std::uint64_t since = 0) {
     std::uint64_t gone = 0;
     for (const auto& [u, v] :
-         edges_where([share](double length, double wanted) { return length < share * wanted; })) {
+         edges_where([share](double length, double wanted) { return length < share * wanted; }, since)) {
       if (editor_.star(u).empty() || editor_.star(v).empty()) continue;
       Interruption::check();
       if (collapse_either(u, v, {.shape = least, .length = too_long * wanted_.between(u, v)})) ++gone;
@@ -500,12 +511,12 @@ class Shaping {
     return gone;
   }
 
-  void refine() {
-    std::uint64_t since = 0;  // what was looked at, and around which nothing has changed, is as it was
+  std::uint64_t refine(std::uint64_t since = 0) {
+    std::uint64_t all = 0;
     for (int pass = 0; pass < 8; ++pass) {
       const auto edges =
           edges_where([](double length, double wanted) { return length > too_long * wanted; }, since);
-      since = editor_.clock();
+      since = editor_.clock();  // what was looked at, and around which nothing has changed, is as it was
       std::uint64_t made = 0;
       for (std::size_t i = edges.size(); i-- > 0;) {
         const auto [u, v] = edges[i];
@@ -516,9 +527,11 @@ class Shaping {
         wanted_.add_between(u, v, m);
       }
       if (made == 0) break;
+      all += made;
       smooth_changed(since);
     }
     smooth_all();
+    return all;
   }
 
   /// Where something has changed since then, but not where only these steps change it.

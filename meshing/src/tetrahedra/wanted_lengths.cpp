@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <queue>
+#include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/support/vectors.hpp"
@@ -98,16 +99,27 @@ void WantedLengths::find(bool with_details, bool from_seams) {
 }
 
 void WantedLengths::find_finer() {
+  if (without_details_ == 0) {
+    detail_ = coarsest;
+    find(true);
+    without_details_ = expected();
+    return;
+  }
   const double before = detail_;
-  detail_ = before == 0 ? coarsest : std::max(finest, step * before);
+  detail_ = std::max(finest, step * before);
   find(true);
   if (detail_ == before) return;
   const double count = expected();
-  if (before == 0) without_details_ = count;
   if (count <= without_details_ + options_.most) return;
   too_many_ = count;
   detail_ = before;
   find(true);
+}
+
+void WantedLengths::find_finest() {
+  const double detail = std::exchange(detail_, finest);
+  find(true);
+  detail_ = detail;
 }
 
 double WantedLengths::expected() const {

@@ -22,6 +22,8 @@ class WantedLengths {
   void find(bool with_details, bool from_seams = false);
   /// The same with finer details than the call before, unless that makes too many tetrahedra.
   void find_finer();
+  /// With the finest details, whatever that makes: what is there may be as fine.
+  void find_finest();
   /// Of a new point in the middle of an edge.
   void add_between(std::uint32_t u, std::uint32_t v, std::uint32_t middle);
   /// Of the edge between two points: endless if nothing is wanted of them.
@@ -29,7 +31,6 @@ class WantedLengths {
   [[nodiscard]] const std::vector<double>& at_points() const { return wanted_; }
   /// How fine the details are, as a share of the length that the user wants.
   [[nodiscard]] double detail() const { return detail_; }
-  void set_detail(double share) { detail_ = share; }
   /// How many tetrahedra finer details would have made, if these were too many; else 0.
   [[nodiscard]] double too_many() const { return too_many_; }
   /// About how many tetrahedra each part will have.
