@@ -73,7 +73,6 @@ class Shaping {
       }
     for (const Piece::Shared& shared : shared_)
       piece.shared.push_back({map[shared.point], shared.of_whole, shared.wanted});
-    piece.detail = wanted_.detail();
     piece.too_many = wanted_.too_many();
     return piece;
   }
@@ -84,6 +83,7 @@ class Shaping {
   ShapeReport report_;
   std::vector<double> moved_;          // how far what has become this point was moved, at most
   std::map<Pair, double> bent_;        // by edge: how far what it was was from it, at most
+  double moved_before_ = 0;            // anywhere: see clean_again
   std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
   WantedLengths wanted_{editor_, options_, shared_};
@@ -235,7 +235,7 @@ class Shaping {
     const double length = editor_.length(u, v);
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)}) {
       const bool is_told = editor_.kind(from) != Editor::inside;
-      const double moved = is_told ? length + moved_at(from) : 0;
+      const double moved = is_told ? moved_before_ + length + moved_at(from) : 0;
       if (std::max(length, moved) > options_.clean || std::max(length, moved) > clean_between(u, v) ||
           !editor_.merge(from, to, may_leave_more))
         continue;
@@ -269,6 +269,15 @@ class Shaping {
     }
   }
 
+  /// What refining has brought near to each other. Points are others than at first, so nobody knows how far
+  /// the surface has moved at each: nowhere more than was told. Not in pieces: what they share stays.
+  void clean_again() {
+    bent_.clear();
+    moved_before_ = report_.largest_move;
+    clean();
+    moved_before_ = 0;
+  }
+
   /// What is thinner than is cleaned though its edges are long: three points on a line, but for that.
   std::uint64_t lead_edges_through_points() {
     std::uint64_t changed = 0;
@@ -294,7 +303,7 @@ class Shaping {
     if (!distance || *distance > most || !editor_.is_on_surface(u, v)) return false;
     const auto before = bent_.find(edge);
     const double bent = *distance + (before == bent_.end() ? 0 : before->second),
-                 moved = bent + std::max({moved_at(u), moved_at(v), moved_at(m)});
+                 moved = moved_before_ + bent + std::max({moved_at(u), moved_at(v), moved_at(m)});
     if (moved > most) return false;
     const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
     if (!editor_.lead_through(u, v, m)) return false;
@@ -356,7 +365,7 @@ class Shaping {
       work_in_pieces(counts);
     else
       refine_well();
-    clean();  // not in pieces: what they share stays
+    clean_again();
     finish();
     report_.detail = wanted_.detail();
     report_.too_many = std::max(report_.too_many, wanted_.too_many());

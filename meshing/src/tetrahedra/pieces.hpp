@@ -19,7 +19,7 @@ struct Piece {
     double wanted;  ///< length of edges there
   };
   std::vector<Shared> shared;
-  double detail = 0, too_many = 0;  ///< see WantedLengths
+  double too_many = 0;  ///< see WantedLengths
 };
 
 /// One piece for each part, in ascending order. Points in tetrahedra of several are of the kind `shared` in

@@ -205,11 +205,11 @@ class RegionsInTurn {
     for (const auto& batch : share.batches) facets += batch->facet_hyperplane.size();
     enough_ = std::max<std::size_t>(facets / 32, std::size_t{1} << 14);
   }
-  /// The next ones; none at the end. What is taken is gone from the share.
-  /// The share that has been taken.
+  /// How much of all has been taken, up to 1.
   [[nodiscard]] double taken() const {
     return share_.batches.empty() ? 1 : static_cast<double>(at_) / static_cast<double>(share_.batches.size());
   }
+  /// The next ones; none at the end. What is taken is gone from the share.
   [[nodiscard]] CellShare next() {
     CellShare some;
     std::size_t facets = 0;
