@@ -80,7 +80,13 @@ bool Editor::keeps_topology(std::uint32_t u, std::uint32_t v, const Ring& ring) 
   return is_junction(ring) || !is_at_junction(u) || !is_at_junction(v);
 }
 
+bool Editor::collapse_either(std::uint32_t u, std::uint32_t v, const CollapseLimits& limits) {
+  if (kind_[u] < kind_[v]) std::swap(u, v);
+  return collapse(u, v, limits) || collapse(v, u, limits);
+}
+
 bool Editor::collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& limits) {
+  if (kind_[u] <= corner) return false;
   const Ring ring = ring_of(u, v);
   if (ring.tetrahedra.empty()) return false;
   if (!may_go_along(u, v, ring)) return false;

@@ -201,6 +201,7 @@ void Editor::set_side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::in
 Editor::Ring Editor::ring_of(std::uint32_t u, std::uint32_t v) const {
   Ring ring;
   ring.tetrahedra.reserve(8);
+  if (star_[v].size() < star_[u].size()) std::swap(u, v);
   for (const std::uint32_t t : star_[u]) {
     const Tetrahedron& tet = tetrahedra_[t];
     const int iv = tet.place_of(v);

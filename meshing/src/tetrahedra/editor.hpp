@@ -43,6 +43,7 @@ class Editor {
   std::vector<std::uint32_t> arrange();
 
   [[nodiscard]] std::size_t size() const { return tetrahedra_.size(); }  ///< with those that are gone
+  [[nodiscard]] std::size_t count() const { return tetrahedra_.size() - free_.size(); }  ///< without them
   [[nodiscard]] const Tetrahedron& at(std::uint32_t t) const { return tetrahedra_[t]; }
   [[nodiscard]] std::size_t point_count() const { return points_.size(); }
   [[nodiscard]] const Point& point(std::uint32_t p) const { return points_[p]; }
@@ -79,6 +80,8 @@ class Editor {
   };
   /// Moves u to v, along what u is on.
   bool collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& limits);
+  /// Moves one of them to the other, that which is on less if it may.
+  bool collapse_either(std::uint32_t u, std::uint32_t v, const CollapseLimits& limits);
   /// A new point in the middle of an edge. @param least the shape of what comes of it, at least.
   /// @return the point, or `none` if it was refused.
   std::uint32_t split(std::uint32_t u, std::uint32_t v, double least);

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -9,22 +8,18 @@
 #include "simplices/shape.hpp"
 #include "tetrahedra/editor.hpp"
 #include "tetrahedra/pieces.hpp"
+#include "tetrahedra/sizing.hpp"
 #include "tetrahedra/wanted_lengths.hpp"
 
 namespace bsp2::meshing {
 namespace {
 
 // Shapes (`shape_of`): up to where the points that there are are arranged anew, below what new ones are worth
-// it, what a collapse may leave at first, and what later ones and splits may, since what they leave is made
-// better afterwards.
-constexpr double very_good = 0.6, good = 0.35, fair = 0.2, poor = 0.1;
-constexpr double too_long = 1.4, too_short = 0.75;  // against the wanted length
+// it, and what a collapse may leave at first.
+constexpr double very_good = 0.6, good = 0.35, fair = 0.2;
 
 using geometry::Interruption;
-using Pair = std::array<std::uint32_t, 2>;
-
-/// Rises with a number from 0 on, by steps of an eighth of its octave.
-std::uint32_t rank_of(double x) { return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(x) >> 49); }
+using Pair = Sizing::Pair;
 
 std::array<Pair, 6> edges_of(const Editor::Tetrahedron& t) {
   const auto& p = t.point;
@@ -87,6 +82,7 @@ class Shaping {
   std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
   WantedLengths wanted_{editor_, options_, shared_};
+  Sizing sizing_{editor_, wanted_};
 
   [[nodiscard]] std::uint64_t turned() const {
     std::uint64_t count = 0;
@@ -136,7 +132,7 @@ class Shaping {
       return editor_.length(a[0], a[1]) < editor_.length(b[0], b[1]);
     });
     for (const auto& [u, v] : edges)
-      if (collapse_either(u, v, {.shape = 0, .length = 0}) || merge_either(u, v, false)) return true;
+      if (editor_.collapse_either(u, v, {.shape = 0, .length = 0}) || merge_either(u, v, false)) return true;
     for (const auto& [u, v] : edges)
       if (editor_.remove_edge(u, v)) return true;
     for (int face = 0; face < 4; ++face)
@@ -224,11 +220,6 @@ class Shaping {
     return normal;
   }
 
-  bool collapse_either(std::uint32_t u, std::uint32_t v, const Editor::CollapseLimits& limits) {
-    if (editor_.kind(u) < editor_.kind(v)) std::swap(u, v);
-    return editor_.collapse(u, v, limits) || editor_.collapse(v, u, limits);
-  }
-
   /// Makes two points one that are closer than what is cleaned, whatever they are on; told.
   bool merge_either(std::uint32_t u, std::uint32_t v, bool may_leave_more) {
     if (editor_.kind(u) < editor_.kind(v)) std::swap(u, v);
@@ -258,11 +249,12 @@ class Shaping {
     if (!(options_.clean > 0)) return;
     for (int pass = 0; pass < 4; ++pass) {
       std::uint64_t changed = 0;
-      for (const auto& [u, v] : edges_where([&](double length, double) { return length < options_.clean; })) {
+      for (const auto& [u, v] :
+           sizing_.edges_where([&](double length, double) { return length < options_.clean; })) {
         Interruption::check();
         if (editor_.star(u).empty() || editor_.star(v).empty() || editor_.length(u, v) > clean_between(u, v))
           continue;
-        if (collapse_either(u, v, {.shape = 0, .length = 0}) || merge_either(u, v, false)) ++changed;
+        if (editor_.collapse_either(u, v, {.shape = 0, .length = 0}) || merge_either(u, v, false)) ++changed;
       }
       changed += lead_edges_through_points();
       if (changed == 0) return;
@@ -318,30 +310,6 @@ class Shaping {
     return true;
   }
 
-  // --- sizes ---
-
-  /// All edges whose length is as wanted and both of whose ends have changed since then, as those of edges do
-  /// around which something has; the shortest first, those of nearly one length as they are in memory. Points
-  /// of edges may be gone when their turn comes: then nothing is around them.
-  template <typename Wanted>
-  std::vector<Pair> edges_where(const Wanted& is_wanted, std::uint64_t since = 0) {
-    std::vector<std::pair<std::uint32_t, Pair>> found;
-    std::vector<std::uint32_t> around;
-    for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
-      if (editor_.star(p).empty() || editor_.changed_at(p) < since) continue;
-      Interruption::check();
-      editor_.find_neighbours(p, around);
-      for (const std::uint32_t q : around)
-        if (p < q && editor_.changed_at(q) >= since)
-          if (const double length = editor_.length(p, q); is_wanted(length, wanted_.between(p, q)))
-            found.push_back({rank_of(length), {p, q}});
-    }
-    std::sort(found.begin(), found.end());
-    std::vector<Pair> edges;
-    for (const auto& [rank, edge] : found) edges.push_back(edge);
-    return edges;
-  }
-
   // --- shape ---
 
   /// See Editor::arrange. What has been tried is tried once more.
@@ -359,7 +327,7 @@ class Shaping {
     arrange();
     wanted_.find(false);
     for (int pass = 0; pass < 6; ++pass)
-      if (coarsen(1, fair) * 50 < editor_.point_count() && pass > 1) break;
+      if (sizing_.coarsen(1, fair) * 50 < editor_.point_count() && pass > 1) break;
     improve(good, false);
     if (const auto counts = wanted_.tetrahedra_by_part(); is_for_pieces(counts))
       work_in_pieces(counts);
@@ -374,17 +342,20 @@ class Shaping {
   void refine_well() {
     for (int pass = 0; pass < 6; ++pass) {
       arrange();
+      const auto before = static_cast<double>(editor_.count());
       wanted_.find_finer();
       refine_once();
+      const double change = std::abs(static_cast<double>(editor_.count()) - before);
+      if (!wanted_.may_be_finer() && change < 0.02 * before) break;
     }
   }
 
   void refine_once() {
-    refine();
+    sizing_.refine();
     for (int again = 0; again < 3; ++again)
-      if (coarsen(too_short, poor) * 50 < editor_.point_count()) break;
+      if (sizing_.coarsen() * 50 < editor_.point_count()) break;
     improve(good, false);
-    smooth_all();
+    sizing_.smooth_all();
   }
 
   /// Edges near what pieces share; what is fine beside it stays so.
@@ -392,12 +363,12 @@ class Shaping {
     const std::uint64_t since = editor_.clock();
     for (const std::uint32_t p : seam) editor_.touch(p);
     wanted_.find_finest();
-    coarsen(too_short, poor, since);
+    sizing_.coarsen(since);
     for (int pass = 0; pass < 6; ++pass) {
       wanted_.find_finer();
-      const std::uint64_t split = refine(since);
+      const std::uint64_t split = sizing_.refine(since);
       improve(good, false);
-      smooth_all();
+      sizing_.smooth_all();
       if (split == 0) break;
     }
   }
@@ -405,14 +376,14 @@ class Shaping {
   void finish() {
     for (int pass = 0; pass < 6; ++pass) {
       if (improve(pass < 3 ? fair : good, true) == 0) break;
-      smooth_all();
+      sizing_.smooth_all();
     }
     for (int pass = 0; pass < 2; ++pass) {
       improve(very_good, false);
-      smooth_all();
+      sizing_.smooth_all();
     }
     // The worst ones, as long as that helps.
-    for (int pass = 0; pass < 20 && improve(fair, true) > 0; ++pass) smooth_all();
+    for (int pass = 0; pass < 20 && improve(fair, true) > 0; ++pass) sizing_.smooth_all();
   }
 
   // --- parts by themselves ---
@@ -429,9 +400,9 @@ class Shaping {
   void work_in_pieces(const std::map<std::int32_t, double>& expected) {
     arrange();
     wanted_.find(true, true);
-    refine();
+    sizing_.refine();
     improve(good, false);
-    smooth_all();
+    sizing_.smooth_all();
     arrange();
     wanted_.find(true);
     const Piece whole = result();
@@ -505,60 +476,6 @@ class Shaping {
       if (editor_.put(p, to, fair)) return share == 1;
     }
     return false;
-  }
-
-  /// @param share edges shorter than this share of what is wanted go, where what is left has at least this
-  /// shape. @return how many did.
-  std::uint64_t coarsen(double share, double least, std::uint64_t since = 0) {
-    std::uint64_t gone = 0;
-    for (const auto& [u, v] :
-         edges_where([share](double length, double wanted) { return length < share * wanted; }, since)) {
-      if (editor_.star(u).empty() || editor_.star(v).empty()) continue;
-      Interruption::check();
-      if (collapse_either(u, v, {.shape = least, .length = too_long * wanted_.between(u, v)})) ++gone;
-    }
-    return gone;
-  }
-
-  std::uint64_t refine(std::uint64_t since = 0) {
-    std::uint64_t all = 0;
-    for (int pass = 0; pass < 8; ++pass) {
-      const auto edges =
-          edges_where([](double length, double wanted) { return length > too_long * wanted; }, since);
-      since = editor_.clock();  // what was looked at, and around which nothing has changed, is as it was
-      std::uint64_t made = 0;
-      for (std::size_t i = edges.size(); i-- > 0;) {
-        const auto [u, v] = edges[i];
-        Interruption::check();
-        const std::uint32_t m = editor_.split(u, v, poor);
-        if (m == Editor::none) continue;
-        ++made;
-        wanted_.add_between(u, v, m);
-      }
-      if (made == 0) break;
-      all += made;
-      smooth_changed(since);
-    }
-    smooth_all();
-    return all;
-  }
-
-  /// Where something has changed since then, but not where only these steps change it.
-  void smooth_changed(std::uint64_t since) {
-    std::vector<std::uint32_t> changed;
-    for (std::uint32_t p = 0; p < editor_.point_count(); ++p)
-      if (editor_.changed_at(p) >= since) changed.push_back(p);
-    for (const std::uint32_t p : changed) {
-      Interruption::check();
-      editor_.smooth(p);
-    }
-  }
-
-  void smooth_all() {
-    for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
-      Interruption::check();
-      editor_.smooth(p);
-    }
   }
 
   /// Tetrahedra that are worse than `below` are made better. @return how often one was.

@@ -87,6 +87,7 @@ void WantedLengths::find(bool with_details, bool from_seams) {
   }
   if (with_details) {
     if (detail_ == 0) detail_ = coarsest;
+    is_cut_ = false;
     find_short_edges();
     find_strips_and_walls();
   }
@@ -103,15 +104,18 @@ void WantedLengths::find_finer() {
     detail_ = coarsest;
     find(true);
     without_details_ = expected();
+    is_last_ = !is_cut_;
     return;
   }
   const double before = detail_;
   detail_ = std::max(finest, step * before);
   find(true);
+  is_last_ = !is_cut_ || detail_ == finest;
   if (detail_ == before) return;
   const double count = expected();
   if (count <= without_details_ + options_.most) return;
   too_many_ = count;
+  is_last_ = true;
   detail_ = before;
   find(true);
 }
@@ -157,8 +161,10 @@ void WantedLengths::want_detail(std::uint32_t p, double thickness, double times)
 
 /// So long shall edges be at a point for the sake of a detail.
 void WantedLengths::want(std::uint32_t p, double length) {
-  if (wanted_[p] < infinity && length < wanted_[p])
-    wanted_[p] = std::min(wanted_[p], std::max(detail_ * size_at(p), length));
+  if (!(wanted_[p] < infinity && length < wanted_[p])) return;
+  const double least = detail_ * size_at(p);
+  is_cut_ = is_cut_ || length < least;
+  wanted_[p] = std::min(wanted_[p], std::max(least, length));
 }
 
 void WantedLengths::find_short_edges() {

@@ -22,6 +22,8 @@ class WantedLengths {
   void find(bool with_details, bool from_seams = false);
   /// The same with finer details than the call before, unless that makes too many tetrahedra.
   void find_finer();
+  /// Whether the next call of that could find finer details.
+  [[nodiscard]] bool may_be_finer() const { return !is_last_; }
   /// With the finest details, whatever that makes: what is there may be as fine.
   void find_finest();
   /// Of a new point in the middle of an edge.
@@ -43,6 +45,8 @@ class WantedLengths {
   std::vector<double> wanted_;
   double detail_ = 0, too_many_ = 0;
   double without_details_ = 0;  ///< tetrahedra that are to be expected
+  bool is_cut_ = false;         ///< at details that are finer than what is looked for
+  bool is_last_ = false;
 
   [[nodiscard]] double size_in(std::int32_t part) const;
   [[nodiscard]] double size_at(std::uint32_t p) const;
