@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bsp2/bsplib/memory.hpp"
+#include "neighbours.hpp"
 
 namespace {
 
@@ -20,9 +21,6 @@ struct Point {
   std::int32_t id;
   bool operator==(const Point&) const = default;
 };
-
-int next(const World& world) { return (world.pid() + 1) % world.nprocs(); }
-int previous(const World& world) { return (world.pid() + world.nprocs() - 1) % world.nprocs(); }
 
 /// A message of this size takes another path through the layer: slot, staging, message, direct.
 class Access : public testing::TestWithParam<std::tuple<std::size_t, std::size_t>> {

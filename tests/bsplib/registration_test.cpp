@@ -5,12 +5,11 @@
 #include <optional>
 
 #include "bsp2/bsplib/memory.hpp"
+#include "neighbours.hpp"
 
 namespace {
 
 using namespace bsp2::bsplib;
-
-int next(const World& world) { return (world.pid() + 1) % world.nprocs(); }
 
 TEST(Registration, TakesEffectAtTheNextSync) {
   World world;

@@ -12,13 +12,11 @@
 
 #include "bsp2/bsplib/collectives.hpp"
 #include "bsp2/bsplib/memory.hpp"
+#include "neighbours.hpp"
 
 namespace {
 
 using namespace bsp2::bsplib;
-
-int next(const World& world) { return (world.pid() + 1) % world.nprocs(); }
-int previous(const World& world) { return (world.pid() + world.nprocs() - 1) % world.nprocs(); }
 
 TEST(WorldTest, TakesACommunicatorOfBoost) {
   const boost::mpi::communicator communicator;

@@ -73,7 +73,7 @@ void Engine::start_put(int pid, const void* source, Registry::Id slot, std::size
   check_range("put", "Writes", pid, slot, offset, bytes);
   if (bytes == 0) return;
   if (!source) reject(Errc::bad_argument, "put", "The source is NULL");
-  if constexpr (defect == Defect::late_put) {
+  if (defect == Defect::late_put) {
     late_.push_back({pid, source, slot, offset, bytes});
     return;
   }
@@ -263,7 +263,7 @@ std::size_t Engine::set_tagsize(std::size_t bytes) {
   const std::size_t before = next_tag_size_;
   next_tag_size_ = bytes;
   ++tag_sets_;
-  if constexpr (defect == Defect::early_tagsize) tag_size_ = bytes;
+  if (defect == Defect::early_tagsize) tag_size_ = bytes;
   return before;
 }
 

@@ -139,7 +139,7 @@ bool Engine::advance(bool wait) {
   if (phase_ == Phase::streams) {
     if (!complete(requests_, wait)) return false;
     for (int rank = 0; rank < nprocs_; ++rank) in(rank).find_landings(registry_);
-    if constexpr (defect == Defect::gets_after_puts) apply_puts();
+    if (defect == Defect::gets_after_puts) apply_puts();
     answer_gets();
     copy_directly();
     exchange_data();
@@ -158,7 +158,7 @@ void Engine::finish_sync() {
   if (phase_ == Phase::idle) return;      // the end of the world has
   if (pending_) raise(*pending_);
   write_gets();
-  if constexpr (defect != Defect::gets_after_puts) apply_puts();
+  if (defect != Defect::gets_after_puts) apply_puts();
   deliver_messages();
   commit_registrations();
   commit_queues();
@@ -299,7 +299,7 @@ void Engine::write_gets() {
 }
 
 void Engine::apply_puts() {
-  if constexpr (defect == Defect::puts_in_reverse) {
+  if (defect == Defect::puts_in_reverse) {
     for (int rank = nprocs_ - 1; rank >= 0; --rank) in(rank).apply_puts(registry_);
   } else {
     for (Inflow& inflow : in_) inflow.apply_puts(registry_);

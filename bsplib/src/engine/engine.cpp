@@ -211,7 +211,7 @@ void Engine::post_slots() {
 /// Starts, or with `wait` completes, the exchange that every collective call begins with.
 void Engine::exchange(Kind kind, std::uint64_t argument, bool wait) {
   entered_sync_ = MPI_Wtime();
-  if constexpr (defect == Defect::late_put)
+  if (defect == Defect::late_put)
     if (kind == Kind::sync)
       for (const auto& put : std::exchange(late_, {}))
         out(put.pid).put(put.slot, put.offset, put.source, put.bytes,

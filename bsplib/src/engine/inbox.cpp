@@ -134,7 +134,7 @@ void Inflow::deliver_to_first(int source, std::vector<MessageRun>& queue) const 
   for_each_record(stream, size, [&](const Item& item) {
     if (item.op == Op::message && item.target == 0) queue.push_back(item.messages(source));
   });
-  if constexpr (defect == Defect::swap_messages)
+  if (defect == Defect::swap_messages)
     if (queue.size() > before + 1) std::swap(queue[before], queue[before + 1]);
 }
 
@@ -175,7 +175,7 @@ void Inflow::apply_puts(const Registry& registry) {
   if (!(contents & (wire::has_puts | wire::has_big_puts))) return;
   std::size_t landed = 0;
   const std::byte* lost = nullptr;
-  if constexpr (defect == Defect::drop_put)
+  if (defect == Defect::drop_put)
     for_each_record(stream, size, [&](const Item& item) {
       if (item.op == Op::put) lost = item.place;
     });

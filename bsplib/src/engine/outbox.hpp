@@ -295,7 +295,7 @@ inline void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size
 inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {
   if (slot != run_->slot || bytes - 1 >= limit_ || offset > limit_ - bytes) return false;
   settle();
-  if constexpr (defect == Defect::merge_wrongly)
+  if (defect == Defect::merge_wrongly)
     if (offset == last_ + 1) --offset;
   if (offset == last_) {
     open_run();

@@ -35,7 +35,7 @@ Registry::Id Registry::push(const void* address, std::size_t size) {
   if (address) latest_[address].push_back(id);
   changes_.push_back({0, id, address ? size : null_size});
   ++pushes_;
-  if constexpr (defect == Defect::early_registration) {
+  if (defect == Defect::early_registration) {
     slot.sizes.assign(nprocs_, size);
     slot.effective = true;
     effective_[address].push_back(id);
@@ -160,7 +160,7 @@ std::optional<Registry::Problem> Registry::commit(const std::vector<Change>& all
     if (auto problem = resolve_pop(all, index, id)) return problem;
     if (id >= slots_.size() || !slots_[id].effective)
       return Problem{0, "pop_reg", "Tried to deregister memory that was deregistered already"};
-    if constexpr (defect == Defect::forget_pop) continue;
+    if (defect == Defect::forget_pop) continue;
     free_slot(id);
   }
   changes_.clear();

@@ -1,10 +1,12 @@
 #pragma once
 
-/// Mutation switches. A test build of this layer sets BSP2_BSPLIB_DEFECT to one of these numbers and must
-/// then fail the random-program test; every other build has none.
-#ifndef BSP2_BSPLIB_DEFECT
-#define BSP2_BSPLIB_DEFECT 0
+#ifdef BSP2_BSPLIB_DEFECTS
+#include <cstdlib>
 #endif
+
+/// Mutation switches. A test build of this layer (BSP2_BSPLIB_DEFECTS) takes the number of one of them from
+/// the environment, BSP2_BSPLIB_DEFECT, and must then fail the random-program test; every other build has
+/// none, and nothing of them.
 
 namespace bsp2::bsplib {
 
@@ -22,6 +24,14 @@ enum class Defect {
   lose_message         ///< the last of several messages in one record is lost
 };
 
-inline constexpr Defect defect = static_cast<Defect>(BSP2_BSPLIB_DEFECT);
+#ifdef BSP2_BSPLIB_DEFECTS
+inline Defect defect_of_environment() {
+  const char* number = std::getenv("BSP2_BSPLIB_DEFECT");
+  return number == nullptr ? Defect::none : static_cast<Defect>(std::atoi(number));
+}
+inline const Defect defect = defect_of_environment();
+#else
+inline constexpr Defect defect = Defect::none;
+#endif
 
 }  // namespace bsp2::bsplib
