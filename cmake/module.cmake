@@ -3,6 +3,16 @@ include_guard()
 include(GNUInstallDirs)
 file(RELATIVE_PATH BSP2_MODULES_FROM_PROGRAM ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/bsp2)
 set(BSP2_MODULES_FROM_LIBRARY bsp2)  # beside libbsp2.so
+set(BSP2_MODULES_AT_ONCE "" CACHE STRING "Modules and readers to build with the program; empty: all. The others are built by the target bsp2_modules")
+add_custom_target(bsp2_modules ALL)
+
+# bsp2_with_room(<room> <name> <target>): the module or reader is built with the room, or later on.
+function(bsp2_with_room room name target)
+  add_dependencies(bsp2_modules ${target})
+  if(NOT BSP2_MODULES_AT_ONCE OR name IN_LIST BSP2_MODULES_AT_ONCE)
+    add_dependencies(bsp2_${room} ${target})
+  endif()
+endfunction()
 cmake_path(ABSOLUTE_PATH BSP2_MODULES_FROM_PROGRAM BASE_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} NORMALIZE OUTPUT_VARIABLE BSP2_BUILT_MODULES)
 
 # bsp2_module_layout(<room> <private headers...>): gives a room BSP2_MODULE_LAYOUT, a digest of what the program and the room's modules must
@@ -40,7 +50,7 @@ function(bsp2_module room name)
   if(NOT BSP2_SANITIZE)  # the sanitizers' own symbols are in the program
     target_link_options(${target} PRIVATE -Wl,--no-undefined)
   endif()
-  add_dependencies(bsp2_${room} ${target})
+  bsp2_with_room(${room} ${name} ${target})
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/bsp2 COMPONENT bsp2)
 endfunction()
 
@@ -55,6 +65,6 @@ function(bsp2_reader room name)
     $<TARGET_PROPERTY:bsp2_geometry,INTERFACE_INCLUDE_DIRECTORIES>)
   target_compile_definitions(${target} PRIVATE BSP2_MODULE_LAYOUT="${BSP2_MODULE_LAYOUT}")
   target_link_libraries(${target} PRIVATE bsp2_options Boost::headers ${READER_LINK})
-  add_dependencies(bsp2_${room} ${target})
+  bsp2_with_room(${room} read-${name} ${target})
   install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/bsp2 COMPONENT bsp2)
 endfunction()

@@ -72,15 +72,24 @@ fs::path own_library() {
 
 }  // namespace
 
+std::string why_not_in(const fs::path& folder) {
+#ifdef BSP2_MODULES_LATER
+  return "it is not in '" + folder.string() +
+         "'; this program was built in a hurry and without it: 'cmake --build " BSP2_MODULES_LATER
+         " --target bsp2_modules' builds what is left";
+#else
+  return "it is not in '" + folder.string() +
+         "'; it comes with the program, and both have to keep their places to each other in the build folder "
+         "or installation";
+#endif
+}
+
 const void* load_module(const std::string& name, const fs::path& folder, const char* layout) {
   const std::string file = name + ".so";
   const fs::path path = folder / file;
   std::error_code error;
   if (!fs::exists(path, error) && error) refuse("'" + path.string() + "'", error.message());
-  if (!fs::exists(path, error))
-    refuse(file, "it is not in '" + folder.string() +
-                     "'; it comes with the program, and both have to keep their places to each other in the "
-                     "build folder or installation");
+  if (!fs::exists(path, error)) refuse(file, why_not_in(folder));
   check_length(path);
   void* const library = ::dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);
   if (library == nullptr) refuse("'" + path.string() + "'", reason_of(path));

@@ -217,10 +217,8 @@ ImportedParts parts_by_program(const std::string& program, const std::string& li
   const std::filesystem::path file = module_folder() / program;
   std::error_code error;
   if (!std::filesystem::exists(file, error))
-    throw Error("cannot start " + program + ", which reads " + path.string() + ": it is not in '" +
-                file.parent_path().string() +
-                "'; it comes with the program, and both have to keep their places to each other in the "
-                "build folder or installation");
+    throw Error("cannot start " + program + ", which reads " + path.string() + ": " +
+                why_not_in(file.parent_path()));
   const auto number = [](double x) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.17g", x);

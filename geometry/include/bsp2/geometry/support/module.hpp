@@ -9,6 +9,10 @@
 /// they are made and what can go wrong.
 namespace bsp2 {
 
+/// What a module, or a program that reads files, is refused with that is not in the folder of modules, and
+/// what to do.
+std::string why_not_in(const std::filesystem::path& folder);
+
 /// Loads `NAME.so` from a folder; it is never unloaded. Any thread.
 /// @param layout what the program and the module must have in common to understand each other: a digest of
 /// the headers whose types pass between them, and of the compiler. Each has it as BSP2_MODULE_LAYOUT.
