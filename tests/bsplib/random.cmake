@@ -1,16 +1,17 @@
-# Random programs against the sequential model: with shared staging memory, with messages only, and with little of it.
+# Random programs against the sequential model: with shared staging memory, with messages only, and with little of it. As many as those
+# within which each defect below must be found.
 add_library(bsplib_random_programs OBJECT random_test.cpp)
 target_link_libraries(bsplib_random_programs PRIVATE bsp2::bsplib bsp2_test_options)
 add_executable(bsplib_random $<TARGET_OBJECTS:bsplib_random_programs>)
 target_link_libraries(bsplib_random PRIVATE bsp2::bsplib)
 foreach(ranks 1 2 3 4)
-  bsplib_run(bsplib.random.shared.${ranks} RANKS ${ranks} COMMAND bsplib_random 1 5000 TIMEOUT 900)
+  bsplib_run(bsplib.random.shared.${ranks} RANKS ${ranks} COMMAND bsplib_random 1 2000 TIMEOUT 900)
   if(ranks EQUAL 1)
     continue()  # it has nobody to share memory with, so the modes are the same
   endif()
-  bsplib_run(bsplib.random.messages.${ranks} RANKS ${ranks} COMMAND bsplib_random 10001 3000 TIMEOUT 900
+  bsplib_run(bsplib.random.messages.${ranks} RANKS ${ranks} COMMAND bsplib_random 10001 2000 TIMEOUT 900
     ENVIRONMENT BSP2_STAGING_BYTES=0)
-  bsplib_run(bsplib.random.mixed.${ranks} RANKS ${ranks} COMMAND bsplib_random 20001 3000 TIMEOUT 900
+  bsplib_run(bsplib.random.mixed.${ranks} RANKS ${ranks} COMMAND bsplib_random 20001 2000 TIMEOUT 900
     ENVIRONMENT BSP2_STAGING_BYTES=2048)
 endforeach()
 
