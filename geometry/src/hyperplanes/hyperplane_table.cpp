@@ -451,10 +451,55 @@ class HyperplaneTable<D>::Equals {
   void add(std::uint32_t id, std::uint64_t mark) {
     if (mark != 0) by_mark_.add(tag_of(mark), id);
   }
+  /// Of a hyperplane that may be in the table under whatever id: a few are held against all that are there,
+  /// more are looked up by their marks.
+  OrientedHyperplane code_in_table(const Source& source) {
+    constexpr std::size_t few = 32;
+    const Hyperplane<D> rounded = table_.round_source(source);
+    if (asked_ < few) {
+      ++asked_;
+      const auto found = find_in_table({&rounded, source});
+      return found ? *found : oriented(table_.add_hyperplane({&rounded, source}), false);
+    }
+    if (!has_all_) {
+      for (std::uint32_t id = 0; id < table_.sources_.size(); ++id) add(id, mark_of(table_.sources_[id]));
+      has_all_ = true;
+    }
+    return code({&rounded, source}, mark_of(source));
+  }
 
  private:
   HyperplaneTable& table_;
   HashIndex by_mark_;
+  std::size_t asked_ = 0;
+  bool has_all_ = false;
+  std::uint32_t last_map_ = Stretch::none;  // whose residues are known
+  typename AffineMap<D>::Residues residues_;
+
+  std::uint64_t mark_of(const Source& source) {
+    const AffineMap<D>& map = table_.maps_[source.map];
+    if (source.map != last_map_) residues_ = map.residues();
+    last_map_ = source.map;
+    return map.mark(table_.covectors_[source.covector], residues_);
+  }
+
+  /// Equal hyperplanes have the same value everywhere in space: at a point that hardly any passes through.
+  [[nodiscard]] std::optional<OrientedHyperplane> find_in_table(const Occurrence& occurrence) const {
+    std::array<double, D> point;
+    for (int i = 0; i < D; ++i)
+      point[i] = table_.axis_value(i, axis_steps / 16 * static_cast<std::uint32_t>(5 + 2 * i % 7));
+    const Hyperplane<D>& own = *occurrence.hyperplane;
+    const double value = own.at(point);
+    for (std::uint32_t id = 0; id < table_.hyperplanes_.size(); ++id) {
+      const Hyperplane<D>& other = table_.hyperplanes_[id];
+      const double theirs = other.at(point), error = own.error + other.error;
+      for (const bool opposite : {false, true})
+        if (std::fabs(value - (opposite ? -theirs : theirs)) <= error &&
+            table_.equal(occurrence.source, table_.sources_[id], opposite))
+          return oriented(id, opposite);
+    }
+    return std::nullopt;
+  }
 
   static std::uint32_t tag_of(std::uint64_t mark) {
     return static_cast<std::uint32_t>(mark * 0x9e3779b97f4a7c15u >> 32);
@@ -614,17 +659,8 @@ HyperplaneTable<D>::Unmerging::~Unmerging() = default;
 
 template <int D>
 OrientedHyperplane HyperplaneTable<D>::Unmerging::operator()(const Source& source) {
-  const auto mark_of = [&](const Source& of) {
-    const AffineMap<D>& map = table_.maps_[of.map];
-    return map.mark(table_.covectors_[of.covector], map.residues());
-  };
-  if (!equals_) {
-    equals_ = std::make_unique<Equals>(table_);
-    for (std::uint32_t id = 0; id < table_.sources_.size(); ++id)
-      equals_->add(id, mark_of(table_.sources_[id]));
-  }
-  const Hyperplane<D> rounded = table_.round_source(source);
-  return equals_->code({&rounded, source}, mark_of(source));
+  if (!equals_) equals_ = std::make_unique<Equals>(table_);
+  return equals_->code_in_table(source);
 }
 
 template <int D>

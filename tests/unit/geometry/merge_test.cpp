@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -44,6 +46,25 @@ Hyperplane<D> rounded_alone(HyperplaneTable<D> table, const Covector<D>& covecto
   return table.rounded(0);
 }
 
+/// Boxes under integer maps: sheared, mirrored, stretched by different factors, so that equal planes have
+/// different multiples; some turned by next to nothing.
+template <int D>
+std::vector<typename Model<D>::Placed> boxes_on_a_grid(Random& random, int count) {
+  std::vector<typename Model<D>::Placed> boxes;
+  for (int k = 0; k < count; ++k) {
+    Matrix<D> m = identity<D>();
+    for (int i = 0; i < D; ++i) {
+      for (int j = i + 1; j < D; ++j) m[i][j] = pick(random, -1, 1);
+      m[i][i] = pick(random, 1, 3) * (pick(random, 0, 1) == 0 ? 1 : -1);
+      m[i][D] = pick(random, -2, 2);
+    }
+    if constexpr (D > 1)
+      if (k % 6 == 5) m = product<D>(rotation<D>(0, 1, std::pow(10.0L, -pick(random, 15, 25))), m);
+    boxes.push_back({m, unit_box<D>().covectors});
+  }
+  return boxes;
+}
+
 TYPED_TEST(Merge, WithoutToleranceMergesExactlyWhatIsEqual) {
   constexpr int D = TypeParam::value;
   const std::uint64_t seed = new_seed();
@@ -54,21 +75,7 @@ TYPED_TEST(Merge, WithoutToleranceMergesExactlyWhatIsEqual) {
     std::array<double, D> lower, upper;
     lower.fill(-4);
     upper.fill(4);
-    std::vector<typename Model<D>::Placed> boxes;
-    for (int k = 0; k < 6; ++k) {
-      // Integer maps: sheared, mirrored, stretched by different factors, so that equal planes have different
-      // multiples; some turned by next to nothing.
-      Matrix<D> m = identity<D>();
-      for (int i = 0; i < D; ++i) {
-        for (int j = i + 1; j < D; ++j) m[i][j] = pick(random, -1, 1);
-        m[i][i] = pick(random, 1, 3) * (pick(random, 0, 1) == 0 ? 1 : -1);
-        m[i][D] = pick(random, -2, 2);
-      }
-      if constexpr (D > 1)
-        if (k == 5) m = product<D>(rotation<D>(0, 1, std::pow(10.0L, -pick(random, 15, 25))), m);
-      boxes.push_back({m, unit_box<D>().covectors});
-    }
-    const Model<D> model(lower, upper, 16, boxes, 0);
+    const Model<D> model(lower, upper, 16, boxes_on_a_grid<D>(random, 6), 0);
     for (std::size_t i = 0; i < model.planes.size(); ++i)
       for (std::size_t j = 0; j < i; ++j) {
         const int expected = same<D>(model.planes[i], model.planes[j]);
@@ -81,6 +88,38 @@ TYPED_TEST(Merge, WithoutToleranceMergesExactlyWhatIsEqual) {
   }
   EXPECT_GT(merged, 0U);
   EXPECT_GT(flipped, 0U);
+}
+
+/// What a large tolerance has merged is taken back, in any order, of few hyperplanes and of many: as if there
+/// had been no tolerance.
+TYPED_TEST(Merge, TakenBackLeavesExactlyWhatIsEqual) {
+  constexpr int D = TypeParam::value;
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  std::uint64_t merged = 0, parted = 0;
+  for (int round = 0; round < (D <= 3 ? 12 : 6); ++round) {
+    std::array<double, D> lower, upper;
+    lower.fill(-4);
+    upper.fill(4);
+    Model<D> model(lower, upper, 16, boxes_on_a_grid<D>(random, pick(random, 2, 24)), 0.25);
+    std::vector<std::uint32_t> order(model.planes.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::shuffle(order.begin(), order.end(), random);
+    std::vector<OrientedHyperplane> codes(order.size());
+    typename HyperplaneTable<D>::Unmerging unmerge(model.table);
+    for (const std::uint32_t i : order) codes[i] = unmerge({i / (2 * D), i});
+    for (std::size_t i = 0; i < codes.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const int expected = same<D>(model.planes[i], model.planes[j]);
+        ASSERT_EQ(codes[i].id() == codes[j].id(), expected != 0);
+        if (expected != 0) ASSERT_EQ(codes[i].flipped() != codes[j].flipped(), expected < 0);
+        merged += expected != 0 ? 1 : 0;
+        parted += expected == 0 && model.codes[i].id() == model.codes[j].id() ? 1 : 0;
+      }
+  }
+  EXPECT_GT(merged, 0U);
+  EXPECT_GT(parted, 0U);
 }
 
 TYPED_TEST(Merge, WithinTheToleranceMergesAndBeyondItDoesNot) {
