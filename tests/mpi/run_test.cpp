@@ -161,7 +161,8 @@ TEST(Run, AgreesWithALevelAndWithOutCells) {
   compare(options);
 }
 
-/// All ranks look for meshes that overlap themselves, as all parse.
+/// All ranks look for meshes that overlap themselves, as all parse; also where the surface alone is wanted,
+/// which leaves out those that it proves to be sound, as the pyramid with a notch.
 TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
   const samples::TemporaryFolder folder;
   const fs::path path = folder.path() / "model.csg";
@@ -171,17 +172,30 @@ TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
       << "multmatrix([[3,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { polyhedron(points = "
          "[[0,0,0],[2,0,0],[0,2,0],[0,0,2],[1,0,0],[-1,0,0],[1,2,0],[1,0,2]],"
          "faces = [[0,1,2],[0,3,1],[0,2,3],[1,3,2],[4,6,5],[4,5,7],[4,7,6],[5,6,7]]); } cube(1);";
-  RunOptions options = options_for(path, 4, 1);
+  const fs::path sound = folder.path() / "sound.csg";
+  std::ofstream(sound)
+      << "cube(1); polyhedron(points = [[9,0,0],[13,0,0],[13,4,0],[9,4,0],[11,2,4],[11,2,1]],"
+         "faces = [[0,1,4],[1,2,4],[2,3,4],[3,0,4],[1,0,5],[2,1,5],[3,2,5],[0,3,5]]);";
   Ranks ranks = Ranks::launched();
-  RunReport report;
-  ranks.together([&] { report = run(options, ranks).report; });
-  EXPECT_EQ(report.warnings.size(), 1U) << "on all ranks, since --strict is about them";
-  ASSERT_EQ(report.overlapping_meshes.size(), 1U);
-  EXPECT_EQ(report.overlapping_meshes[0].place, path.string() + ":1:57");
-  EXPECT_EQ(report.overlapping_meshes[0].triangles, 8U);
-  EXPECT_DOUBLE_EQ(report.overlapping_meshes[0].volume_by_faces.value(), 3 * (4.0 / 3 + 4.0 / 3));
-  if (ranks.is_master()) {
-    EXPECT_LT(report.in_volume, 8 + 1 - 0.1);
+  for (const bool surface_only : {false, true}) {
+    RunOptions options = options_for(path, 4, 1);
+    options.boundary = options.surface_only = surface_only;
+    RunReport report;
+    ranks.together([&] { report = run(options, ranks).report; });
+    EXPECT_EQ(report.warnings.size(), 1U) << "on all ranks, since --strict is about them";
+    ASSERT_EQ(report.overlapping_meshes.size(), 1U);
+    EXPECT_EQ(report.overlapping_meshes[0].place, path.string() + ":1:57");
+    EXPECT_EQ(report.overlapping_meshes[0].triangles, 8U);
+    EXPECT_DOUBLE_EQ(report.overlapping_meshes[0].volume_by_faces.value(), 3 * (4.0 / 3 + 4.0 / 3));
+    if (ranks.is_master()) {
+      EXPECT_LT(report.in_volume, 8 + 1 - 0.1);
+    }
+    options.model = sound;
+    ranks.together([&] { report = run(options, ranks).report; });
+    EXPECT_TRUE(report.warnings.empty() && report.overlapping_meshes.empty());
+    if (ranks.is_master()) {
+      EXPECT_NEAR(report.in_volume, 1 + 16, 1e-12);
+    }
   }
 }
 

@@ -33,8 +33,11 @@ int side(const geometry::Covector<3>& plane, const std::array<std::int64_t, 3>& 
   return exact.sign();
 }
 
-MeshShape::MeshShape(const model::TriangleMesh& mesh) {
+MeshShape::MeshShape(const model::TriangleMesh& mesh) : source(&mesh) {
   choose_frame(mesh);
+  points.reserve(mesh.points.size());
+  triangles.reserve(mesh.triangles.size());
+  covectors.reserve(mesh.triangles.size());
   int exponent = 0;
   std::frexp(scale, &exponent);
   --exponent;
@@ -135,14 +138,17 @@ Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int g
                 std::span<const geometry::OrientedHyperplane> planes) {
   Mesh mesh{.frame_points = shape.points,
             .map = geometry::AffineMap<3>(matrix, grid_exponent),
-            .grid_exponent = grid_exponent};
+            .grid_exponent = grid_exponent,
+            .source = shape.source};
   double largest = 0;
+  mesh.points.reserve(shape.points.size());
   for (const auto& point : shape.points) {
     auto& placed = mesh.points.emplace_back();
     for (int i = 0; i < 3; ++i) {
       geometry::Float128 sum = matrix[i][3];
       double magnitude = std::fabs(static_cast<double>(sum));
       for (int j = 0; j < 3; ++j) {
+        if (matrix[i][j] == 0) continue;  // as most are
         const geometry::Float128 term =
             matrix[i][j] * static_cast<geometry::Float128>(std::ldexp(static_cast<double>(point[j]), -53));
         sum += term;

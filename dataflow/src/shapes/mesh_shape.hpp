@@ -24,7 +24,8 @@ struct MeshShape {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< those that are not flat
   std::vector<geometry::Covector<3>> covectors;         ///< one a triangle
   std::array<double, 3> lower, upper;
-  bool convex = false;  ///< the intersection of its half-spaces
+  bool convex = false;                ///< the intersection of its half-spaces
+  const model::TriangleMesh* source;  ///< that it was made of, to be compared with others alone
 
  private:
   void choose_frame(const model::TriangleMesh& mesh);

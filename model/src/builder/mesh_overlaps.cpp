@@ -71,12 +71,16 @@ const TriangleMesh& mesh_of(const Expression& solid) {
 bool is_large(const TriangleMesh& mesh) { return mesh.triangles.size() >= 10000; }
 
 /// Of each mesh once. Where a few are large, all threads look at each of those; one looks at each other one.
-std::unordered_map<const Node*, Finding> findings_of(const Model& model, unsigned threads) {
+/// @param sound of these nothing is found.
+std::unordered_map<const Node*, Finding> findings_of(const Model& model, unsigned threads,
+                                                     std::span<const TriangleMesh* const> sound) {
+  const std::unordered_set<const TriangleMesh*> known(sound.begin(), sound.end());
   std::unordered_map<const Node*, Finding> findings;
   std::vector<std::pair<const TriangleMesh*, Finding*>> meshes;  // elements of a map keep their place
   for (const Model::Mesh& mesh : model.meshes) {
     const auto [found, is_new] = findings.try_emplace(&mesh.solid.node());
-    if (is_new) meshes.emplace_back(&mesh_of(mesh.solid), &found->second);
+    const TriangleMesh& triangles = mesh_of(mesh.solid);
+    if (is_new && !known.contains(&triangles)) meshes.emplace_back(&triangles, &found->second);
   }
   constexpr std::size_t grain = 16;
   const auto end_of_large =
@@ -109,11 +113,11 @@ std::string warning_of(const Model::Mesh& mesh, const std::string& fault, std::o
 
 }  // namespace
 
-MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name,
-                         unsigned threads) {
+MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name, unsigned threads,
+                         std::span<const TriangleMesh* const> sound) {
   constexpr std::size_t most_warnings = 100;
   MeshOverlaps overlaps;
-  const std::unordered_map<const Node*, Finding> findings = findings_of(model, threads);
+  const std::unordered_map<const Node*, Finding> findings = findings_of(model, threads, sound);
   std::unordered_set<const Node*> seen;
   LineFinder lines(text);
   for (const Model::Mesh& mesh : model.meshes) {

@@ -331,12 +331,14 @@ std::vector<RegionWork> make_plan(const RunOptions& given, const fs::path& plan)
   options.snapshot = plan;
   alone.begin("compilation", 0, Phase::preparation);
   const unsigned threads = threads_of(options, alone);
-  const Source source = parsed(compilation(alone, options), options, threads);
+  const Source source = parsed(compilation(alone, options), options);
   std::vector<double> work = geometry::in_dimension(source.model.expression.dimension(), [&](auto dimension) {
     constexpr int D = dimension();
     const dataflow::Network<D> network = translation<D>(source, options, threads);
-    for (const auto* warnings : {&source.warnings, &source.model.warnings, &network.warnings})
-      if (options.strict) refuse_warnings(*warnings);
+    if (options.strict)
+      for (const auto& warnings : {source.warnings, overlaps_in(source, options, threads).warnings,
+                                   source.model.warnings, network.warnings})
+        refuse_warnings(warnings);
     limit_refinement(network, options);
     alone.begin("distribution", 0, Phase::preparation);
     Distribution<D> regions = distribution<D>(alone, network, options, threads);

@@ -369,14 +369,45 @@ void make_complex(Ranks& ranks, const dataflow::Network<3>& network, const RunOp
   malloc_trim(0);
 }
 
+/// Whether nothing is asked for that only cells tell.
+bool is_surface_enough(const RunOptions& options) {
+  const bool needs_cells = options.resume || options.snapshot || options.on_frame || options.contacts ||
+                           options.level || options.cells || options.steps || options.budget_seconds ||
+                           options.keep_out || !options.keep_in || !options.points.empty();
+  return options.surface_only && !needs_cells;
+}
+
+/// Whether meshes that overlap themselves are looked for when it is known which do not: finding the surface
+/// proves that. Not where a warning ends the run before anything is found.
+bool tells_overlaps_late(const RunOptions& options, int dimension) {
+  return dimension == 3 && is_surface_enough(options) && !options.strict;
+}
+
+/// Before the warnings of who reads the model.
+void tell_overlaps(const Source& source, const RunOptions& options,
+                   std::span<const model::TriangleMesh* const> sound, RunReport& report) {
+  model::MeshOverlaps overlaps = overlaps_in(source, options, report.threads, sound);
+  const auto place = report.warnings.begin() + static_cast<std::ptrdiff_t>(source.warnings.size());
+  report.warnings.insert(place, overlaps.warnings.begin(), overlaps.warnings.end());
+  for (auto& [where, file, primitive, triangles, volume] : overlaps.meshes)
+    report.overlapping_meshes.push_back({where, file, primitive, triangles, volume});
+}
+
+/// The meshes of a network whose surface was found without cells: their facets were proven to meet in edges
+/// and corners alone, and to wind once around what they bound.
+std::vector<const model::TriangleMesh*> sound_meshes(const dataflow::Network<3>& network) {
+  std::vector<const model::TriangleMesh*> meshes;
+  for (const auto& producer : network.producers)
+    if (producer.kind == dataflow::ProducerKind::mesh && !producer.is_empty())
+      meshes.push_back(network.meshes[producer.index].source);
+  return meshes;
+}
+
 /// The surface alone, where that can be done. Collective.
 std::optional<RunResult> run_without_cells(Ranks& ranks, dataflow::Network<3>& network,
                                            const RunOptions& options, const Source& source,
                                            RunReport& report) {
-  const bool needs_cells = options.resume || options.snapshot || options.on_frame || options.contacts ||
-                           options.level || options.cells || options.steps || options.budget_seconds ||
-                           options.keep_out || !options.keep_in || !options.points.empty();
-  if (!options.surface_only || needs_cells || !dataflow::has_plain_facets(network)) return std::nullopt;
+  if (!is_surface_enough(options) || !dataflow::has_plain_facets(network)) return std::nullopt;
   std::optional<RunResult> result;
   if (const auto failed = attempt(ranks, [&] { result = tracing(ranks, network, options, report); })) {
     if (geometry::Interruption::is_wanted()) throw geometry::Interrupted();
@@ -385,6 +416,7 @@ std::optional<RunResult> run_without_cells(Ranks& ranks, dataflow::Network<3>& n
     return std::nullopt;
   }
   if (!result || result->report.interrupted) return result;
+  if (tells_overlaps_late(options, 3)) tell_overlaps(source, options, sound_meshes(network), result->report);
   Looks<3>(network, options.finds_rounds).add_to(*result, {});
   describe_boundary(*result);
   if (options.strict) refuse_late_warnings(ranks, result->report, source, options);
@@ -505,6 +537,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
 
   if constexpr (D == 3)
     if (auto surface = run_without_cells(ranks, *own, options, source, report)) return std::move(*surface);
+  if (tells_overlaps_late(options, D)) tell_overlaps(source, options, {}, report);
 
   std::optional<TracedBoundary> traced;
   if constexpr (D == 3)
@@ -629,7 +662,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   broadcasting(ranks, source);
   report.threads = threads_of(options, ranks);
   ranks.begin("compilation", 0, Phase::preparation);
-  source = parsed(std::move(source), options, report.threads);
+  source = parsed(std::move(source), options);
   report.model = options.model.string();
   report.ranks = static_cast<unsigned>(ranks.count());
   report.dimension = source.model.expression.dimension();
@@ -645,10 +678,9 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.primitives = source.model.primitive_count;
   report.warnings = source.warnings;
   report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
+  if (!tells_overlaps_late(options, report.dimension)) tell_overlaps(source, options, {}, report);
   if (options.strict) refuse_warnings(report.warnings);
   report.notes = source.model.notes;
-  for (const auto& [place, file, primitive, triangles, volume] : source.overlapping_meshes)
-    report.overlapping_meshes.push_back({place, file, primitive, triangles, volume});
 
   RunResult result = geometry::in_dimension(report.dimension, [&](auto dimension) {
     return run_supersteps<dimension()>(ranks, options, source, std::move(report));

@@ -176,7 +176,7 @@ std::vector<SurfaceFigures> measure_surface(const RunOptions& options,
   constexpr int times = 3;
   Ranks alone;
   const unsigned threads = threads_of(options, alone);
-  const Source source = parsed(compilation(alone, options), options, threads);
+  const Source source = parsed(compilation(alone, options), options);
   if (source.model.expression.dimension() != 3)
     throw Error("the surface is measured of solids, in three dimensions");
   Network network = translation<3>(source, options, threads);

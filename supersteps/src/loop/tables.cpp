@@ -214,7 +214,7 @@ std::vector<Resolved> measure(const Source& source, RunOptions options,
 std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts,
                                      std::vector<std::optional<unsigned>> levels, bool with_facets) {
   Ranks alone;
-  const Source source = parsed(compilation(alone, options), options, threads_of(options, alone));
+  const Source source = parsed(compilation(alone, options), options);
   return geometry::in_dimension(source.model.expression.dimension(), [&](auto dimension) {
     return measure<dimension()>(source, options, node_counts, std::move(levels), with_facets);
   });

@@ -30,7 +30,7 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
   return source;
 }
 
-Source parsed(Source source, const RunOptions& options, unsigned threads) {
+Source parsed(Source source, const RunOptions& options) {
   try {
     source.model = options.text && options.read && !options.curved && !options.resume
                        ? *options.read
@@ -42,10 +42,12 @@ Source parsed(Source source, const RunOptions& options, unsigned threads) {
     for (const std::string& warning : source.warnings) text += "; before that, " + warning;
     throw Error(text);
   }
-  model::MeshOverlaps overlaps = model::overlaps_of(source.model, source.text, source_name(options), threads);
-  std::move(overlaps.warnings.begin(), overlaps.warnings.end(), std::back_inserter(source.warnings));
-  source.overlapping_meshes = std::move(overlaps.meshes);
   return source;
+}
+
+model::MeshOverlaps overlaps_in(const Source& source, const RunOptions& options, unsigned threads,
+                                std::span<const model::TriangleMesh* const> sound) {
+  return model::overlaps_of(source.model, source.text, source_name(options), threads, sound);
 }
 
 std::string source_name(const RunOptions& options) {

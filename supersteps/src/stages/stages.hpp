@@ -20,8 +20,7 @@ namespace bsp2::supersteps {
 struct Source {
   std::string text;
   model::Model model;
-  std::vector<std::string> warnings;  ///< of whoever translated it, and of meshes that overlap themselves
-  std::vector<model::OverlappingMesh> overlapping_meshes;
+  std::vector<std::string> warnings;  ///< of whoever translated it
 };
 
 /// How many threads each rank computes with. Collective.
@@ -41,10 +40,14 @@ Source compilation(const Ranks& ranks, const RunOptions& options);
 /// its size. Source: the paper, section 4.2, "Broadcasting".
 void broadcasting(Ranks& ranks, Source& source);
 
-/// Compilation on every rank, first half: the text becomes a symbolic model. @param threads that look for
-/// meshes which overlap themselves.
+/// Compilation on every rank, first half: the text becomes a symbolic model.
 /// @throws bsp2::Error that names the place in the file; the same on all ranks.
-Source parsed(Source source, const RunOptions& options, unsigned threads);
+Source parsed(Source source, const RunOptions& options);
+
+/// The meshes that overlap themselves. @param threads that look for them. @param sound meshes that are known
+/// not to.
+model::MeshOverlaps overlaps_in(const Source& source, const RunOptions& options, unsigned threads,
+                                std::span<const model::TriangleMesh* const> sound = {});
 
 /// Compilation on every rank, second half: the symbolic model becomes a network with canonical hyperplanes
 /// and bounds. @param threads that place its primitives.

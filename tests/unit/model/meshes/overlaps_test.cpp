@@ -10,6 +10,7 @@
 #include <random>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "bsp2/model/expression/csg.hpp"
@@ -114,6 +115,25 @@ TEST(Overlaps, AreTheSameForAnyThreads) {
       EXPECT_EQ(found.meshes[i].volume_by_faces, alone.meshes[i].volume_by_faces);
     }
   }
+}
+
+/// What is known to be sound is not looked at: nothing is told of it, whatever it is, and the same of all
+/// others as without.
+TEST(Overlaps, AreNotLookedForWhereNoneAreKnownToBe) {
+  const std::string text = two_cubes(1) + two_cubes(3) + two_cubes(1.5);
+  const Model model = parse_csg(text, "test.csg");
+  const MeshOverlaps all = overlaps_of(model, text, "test.csg");
+  ASSERT_EQ(all.meshes.size(), 2U);
+  ASSERT_EQ(model.meshes.size(), 3U);
+  const auto mesh = [&](std::size_t i) {
+    return &std::get<TriangleMesh>(std::get<Primitive>(model.meshes[i].solid.node().value));
+  };
+  const std::vector<const TriangleMesh*> apart{mesh(1)}, first{mesh(0)}, every{mesh(0), mesh(1), mesh(2)};
+  EXPECT_EQ(overlaps_of(model, text, "test.csg", 1, apart).warnings, all.warnings);
+  const MeshOverlaps others = overlaps_of(model, text, "test.csg", 1, first);
+  ASSERT_EQ(others.meshes.size(), 1U);
+  EXPECT_EQ(others.meshes[0].place, all.meshes[1].place);
+  EXPECT_TRUE(overlaps_of(model, text, "test.csg", 1, every).meshes.empty());
 }
 
 /// k boxes sum up to the sum of their volumes, times the determinants of the maps around them, however they

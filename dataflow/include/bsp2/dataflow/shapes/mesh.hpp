@@ -9,6 +9,7 @@
 #include "bsp2/geometry/exact/affine_map.hpp"
 #include "bsp2/geometry/exact/hyperplane.hpp"
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
+#include "bsp2/model/expression/expression.hpp"
 
 namespace bsp2::dataflow {
 
@@ -26,8 +27,9 @@ struct Mesh {
       frame_points;            ///< the points in the mesh's own frame, times 2^53, exactly
   geometry::AffineMap<3> map;  ///< places them in the model
   int grid_exponent = 0;
-  std::vector<std::array<double, 3>> points;  ///< in the model, rounded
-  double error = 0;                           ///< bound of the coordinates' error
+  const model::TriangleMesh* source = nullptr;  ///< what was placed, as long as the expression lives
+  std::vector<std::array<double, 3>> points;    ///< in the model, rounded
+  double error = 0;                             ///< bound of the coordinates' error
   std::vector<Facet> facets;
   geometry::HyperplaneTable<3>::Source
       first{};  ///< where the plane of the first facet came from, before merging; those of others follow

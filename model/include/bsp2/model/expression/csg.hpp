@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -63,8 +64,9 @@ struct MeshOverlaps {
 /// Time: n log n for n triangles, more than it takes to read them.
 /// @param text the one that the model was read from, under that name.
 /// @param threads that look at them.
+/// @param sound meshes of the model that are known to be none of these: they are not looked at.
 MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name,
-                         unsigned threads = 1);
+                         unsigned threads = 1, std::span<const TriangleMesh* const> sound = {});
 
 /// "name:line:column" of a byte of the text that was read under that name.
 std::string place_in(std::string_view text, const std::string& name, std::size_t offset);
