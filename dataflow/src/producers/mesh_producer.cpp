@@ -124,6 +124,23 @@ Point get_point(const Word* words) {
   return point;
 }
 
+// A cell's facets are in the order in which they were cut: those that a cell has had since it was asked about
+// come after the one that was its last then. That one's mark: its hyperplane's id and 1; 0: none is known.
+
+Word mark_of_last_facet(const geometry::Cell<3>& cell) {
+  constexpr Word most = ~Word{0} >> 1;
+  const HyperplaneId id = cell.facet_hyperplane(cell.facet_count() - 1).id();
+  return id < most ? id + 1 : 0;
+}
+
+/// All count as new where the marked one is gone.
+std::size_t first_new_facet(const geometry::Cell<3>& cell, Word mark) {
+  if (mark == 0) return 0;
+  for (std::size_t i = cell.facet_count(); i > 0; --i)
+    if (cell.facet_hyperplane(i - 1).id() + 1 == mark) return i;
+  return 0;
+}
+
 }  // namespace
 
 template <typename Visit>
@@ -148,13 +165,18 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   for_each_facet(leaf, [&](Word facet) {
     if (may_meet(mesh_.facets[facet], cell)) out.push(facet);
   });
-  if (!cell.box_test_only()) drop_beyond(cell, out, begin + header);
+  Word looked_at = whole ? 0 : leaf[at_flag] >> 1;
+  if (!cell.box_test_only()) {
+    drop_beyond(cell, first_new_facet(cell.cell(), looked_at), out, begin + header);
+    looked_at = mark_of_last_facet(cell.cell());
+  }
+  out[begin + at_flag] = looked_at << 1;
   std::optional<Reference> reference = reference_of(leaf);
   if (!reference || !is_inside(reference->point, cell.cell())) reference = new_reference(leaf, cell);
   if (out.size() == begin + header)
     return winding_within(leaf, cell, reference) != 0 ? Label::in : Label::out;
   if (reference) {
-    out[begin + at_flag] = 1;
+    out[begin + at_flag] |= 1;
     put_point(out, begin + at_point, reference->point);
     out[begin + at_winding] = static_cast<Word>(reference->winding);
   }
@@ -182,20 +204,23 @@ void MeshProducer::load(std::span<const Word> facets, geometry::TriangleColumns&
 
 /// Drops from a list, from its `first` entry on, the facets that are certainly outside of one side of the
 /// cell, or on it.
-void MeshProducer::drop_beyond(CellView<3>& cell, Words& facets, std::size_t first) const {
+void MeshProducer::drop_beyond(CellView<3>& cell, std::size_t first_side, Words& facets,
+                               std::size_t first) const {
+  if (first_side == cell.cell().facet_count()) return;
   constexpr std::size_t at_once = 1024;  // few enough to stay in the cache
   for (std::size_t at = first; at < facets.size(); at += at_once)
-    mark_beyond(cell, {facets.begin() + at, facets.begin() + std::min(at + at_once, facets.size())});
+    mark_beyond(cell, first_side,
+                {facets.begin() + at, facets.begin() + std::min(at + at_once, facets.size())});
   facets.resize(
       static_cast<std::size_t>(std::remove(facets.begin() + first, facets.end(), dropped) - facets.begin()));
 }
 
 /// Puts `dropped` in the place of those facets.
-void MeshProducer::mark_beyond(CellView<3>& cell, std::span<Word> facets) const {
+void MeshProducer::mark_beyond(CellView<3>& cell, std::size_t first_side, std::span<Word> facets) const {
   using geometry::TriangleColumns;
   TriangleColumns& triangles = cell.triangles();
   load(facets, triangles);
-  for (std::size_t i = 0; i < cell.cell().facet_count(); ++i) {
+  for (std::size_t i = first_side; i < cell.cell().facet_count(); ++i) {
     const OrientedHyperplane plane = cell.cell().facet_hyperplane(i);
     const auto rounded = cell.table().rounded(plane.id());
     const geometry::Hyperplane<3> side =
@@ -338,7 +363,7 @@ MeshProducer::Point MeshProducer::point_outside(const Point& point) const {
 
 std::optional<MeshProducer::Reference> MeshProducer::reference_of(const Word* leaf) const {
   if ((leaf[0] & Program::whole) != 0) return outside();
-  if (leaf[at_flag] == 0) return std::nullopt;
+  if ((leaf[at_flag] & 1) == 0) return std::nullopt;
   return Reference{get_point(leaf + at_point), static_cast<std::int32_t>(leaf[at_winding])};
 }
 

@@ -15,9 +15,10 @@ namespace bsp2::dataflow {
 /// points. Where rounding leaves that open (no double lies inside a cell thinner than doubles resolve), it is
 /// taken at an exact point, exactly.
 ///
-/// State of a leaf: the leaf's header; whether there is a reference point; its three coordinates; the mesh's
-/// winding number there; the facets. The winding number of another point of the same cell follows from the
-/// facets that the segment between them crosses, and only those of the cell can.
+/// State of a leaf: the leaf's header; whether there is a reference point, and above that bit the mark of the
+/// side of the cell up to which facets have been held against its sides; the point's three coordinates; the
+/// mesh's winding number there; the facets. The winding number of another point of the same cell follows from
+/// the facets that the segment between them crosses, and only those of the cell can.
 class MeshProducer {
  public:
   MeshProducer(const Network<3>& network, const Producer<3>& producer)
@@ -55,8 +56,8 @@ class MeshProducer {
   void for_each_facet(const Word* leaf, Visit&& visit) const;
   [[nodiscard]] bool may_meet(const Mesh::Facet& facet, CellView<3>& cell) const;
   void load(std::span<const Word> facets, geometry::TriangleColumns& triangles) const;
-  void drop_beyond(CellView<3>& cell, Words& facets, std::size_t first) const;
-  void mark_beyond(CellView<3>& cell, std::span<Word> facets) const;
+  void drop_beyond(CellView<3>& cell, std::size_t first_side, Words& facets, std::size_t first) const;
+  void mark_beyond(CellView<3>& cell, std::size_t first_side, std::span<Word> facets) const;
   [[nodiscard]] double reach_of_points_on(const geometry::Hyperplane<3>& rounded) const;
   [[nodiscard]] bool is_on(std::uint32_t corner, geometry::HyperplaneId id) const;
   [[nodiscard]] double moved_by(geometry::HyperplaneId id) const;

@@ -14,7 +14,8 @@
 namespace bsp2::io::snapshot {
 
 inline const std::string format_name = "bsp2 snapshot";
-inline constexpr std::int32_t format_version = 5;
+/// Those of version 5 are read, too: what their meshes do not tell is found again.
+inline constexpr std::int32_t format_version = 6, oldest_version = 5;
 
 /// The groups that a snapshot may have or not.
 inline constexpr const char *surface_group = "surface", *faces_group = "faces";

@@ -16,6 +16,7 @@ using hdf5::Failure;
 using snapshot::eye_attribute;
 using snapshot::format_name;
 using snapshot::format_version;
+using snapshot::oldest_version;
 
 SnapshotHead read_head(hid_t file) {
   SnapshotHead head;
@@ -291,7 +292,7 @@ void snapshot::check_format(hid_t file, const fs::path& path) {
       hdf5::read_text_attribute(file, "format") != format_name)
     throw Error("'" + path.string() + "' is an HDF5 file, but no snapshot of bsp2");
   const auto version = hdf5::read_attribute<std::int32_t>(file, "version");
-  if (version != format_version)
+  if (version < oldest_version || version > format_version)
     throw Error("the snapshot '" + path.string() + "' has version " + std::to_string(version) +
                 " of the format, this program reads version " + std::to_string(format_version) +
                 "; use the program that wrote it");
