@@ -113,7 +113,9 @@ TYPED_TEST(Merge, TakenBackLeavesExactlyWhatIsEqual) {
       for (std::size_t j = 0; j < i; ++j) {
         const int expected = same<D>(model.planes[i], model.planes[j]);
         ASSERT_EQ(codes[i].id() == codes[j].id(), expected != 0);
-        if (expected != 0) ASSERT_EQ(codes[i].flipped() != codes[j].flipped(), expected < 0);
+        if (expected != 0) {
+          ASSERT_EQ(codes[i].flipped() != codes[j].flipped(), expected < 0);
+        }
         merged += expected != 0 ? 1 : 0;
         parted += expected == 0 && model.codes[i].id() == model.codes[j].id() ? 1 : 0;
       }
