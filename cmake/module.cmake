@@ -6,11 +6,14 @@ set(BSP2_MODULES_FROM_LIBRARY bsp2)  # beside libbsp2.so
 set(BSP2_MODULES_AT_ONCE "" CACHE STRING "Modules and readers to build with the program; empty: all. The others are built by the target bsp2_modules")
 add_custom_target(bsp2_modules ALL)
 
-# bsp2_with_room(<room> <name> <target>): the module or reader is built with the room, or later on.
+# bsp2_with_room(<room> <name> <target>): the module or reader is built with the room, or later on. Then it is installed only if it is there.
 function(bsp2_with_room room name target)
   add_dependencies(bsp2_modules ${target})
   if(NOT BSP2_MODULES_AT_ONCE OR name IN_LIST BSP2_MODULES_AT_ONCE)
     add_dependencies(bsp2_${room} ${target})
+    set(optional "" PARENT_SCOPE)
+  else()
+    set(optional OPTIONAL PARENT_SCOPE)
   endif()
 endfunction()
 cmake_path(ABSOLUTE_PATH BSP2_MODULES_FROM_PROGRAM BASE_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} NORMALIZE OUTPUT_VARIABLE BSP2_BUILT_MODULES)
@@ -51,7 +54,7 @@ function(bsp2_module room name)
     target_link_options(${target} PRIVATE -Wl,--no-undefined)
   endif()
   bsp2_with_room(${room} ${name} ${target})
-  install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/bsp2 COMPONENT bsp2)
+  install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/bsp2 COMPONENT bsp2 ${optional})
 endfunction()
 
 # bsp2_reader(<room> <name> SOURCES ... LINK ...): a program that reads files for a room, in a process of its own; it lies among the modules.
@@ -66,5 +69,5 @@ function(bsp2_reader room name)
   target_compile_definitions(${target} PRIVATE BSP2_MODULE_LAYOUT="${BSP2_MODULE_LAYOUT}")
   target_link_libraries(${target} PRIVATE bsp2_options Boost::headers ${READER_LINK})
   bsp2_with_room(${room} read-${name} ${target})
-  install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/bsp2 COMPONENT bsp2)
+  install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/bsp2 COMPONENT bsp2 ${optional})
 endfunction()

@@ -168,14 +168,16 @@ TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
   const fs::path path = folder.path() / "model.csg";
   // Two corners cut off a cube of side 2, each twice: tetrahedra of volume 4 / 3 that have a pyramid in
   // common.
-  std::ofstream(path)
-      << "multmatrix([[3,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { polyhedron(points = "
-         "[[0,0,0],[2,0,0],[0,2,0],[0,0,2],[1,0,0],[-1,0,0],[1,2,0],[1,0,2]],"
-         "faces = [[0,1,2],[0,3,1],[0,2,3],[1,3,2],[4,6,5],[4,5,7],[4,7,6],[5,6,7]]); } cube(1);";
+  const std::string crossing =
+      "polyhedron(points = [[0,0,0],[2,0,0],[0,2,0],[0,0,2],[1,0,0],[-1,0,0],[1,2,0],[1,0,2]],"
+      "faces = [[0,1,2],[0,3,1],[0,2,3],[1,3,2],[4,6,5],[4,5,7],[4,7,6],[5,6,7]]);";
+  const std::string notched =
+      "polyhedron(points = [[9,0,0],[13,0,0],[13,4,0],[9,4,0],[11,2,4],[11,2,1]],"
+      "faces = [[0,1,4],[1,2,4],[2,3,4],[3,0,4],[1,0,5],[2,1,5],[3,2,5],[0,3,5]]);";
+  std::ofstream(path) << "multmatrix([[3,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { " << crossing
+                      << " } cube(1);";
   const fs::path sound = folder.path() / "sound.csg";
-  std::ofstream(sound)
-      << "cube(1); polyhedron(points = [[9,0,0],[13,0,0],[13,4,0],[9,4,0],[11,2,4],[11,2,1]],"
-         "faces = [[0,1,4],[1,2,4],[2,3,4],[3,0,4],[1,0,5],[2,1,5],[3,2,5],[0,3,5]]);";
+  std::ofstream(sound) << "cube(1); " << notched;
   Ranks ranks = Ranks::launched();
   for (const bool surface_only : {false, true}) {
     RunOptions options = options_for(path, 4, 1);
@@ -193,6 +195,7 @@ TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
     options.model = sound;
     ranks.together([&] { report = run(options, ranks).report; });
     EXPECT_TRUE(report.warnings.empty() && report.overlapping_meshes.empty());
+    EXPECT_EQ(report.has_cells, !surface_only);
     if (ranks.is_master()) {
       EXPECT_NEAR(report.in_volume, 1 + 16, 1e-12);
     }

@@ -25,7 +25,7 @@ struct MeshShape {
   std::vector<geometry::Covector<3>> covectors;         ///< one a triangle
   std::array<double, 3> lower, upper;
   bool convex = false;                ///< the intersection of its half-spaces
-  const model::TriangleMesh* source;  ///< that it was made of, to be compared with others alone
+  const model::TriangleMesh* source;  ///< by its address: which of the model's; it may be gone
 
  private:
   void choose_frame(const model::TriangleMesh& mesh);

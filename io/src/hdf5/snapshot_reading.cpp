@@ -294,8 +294,8 @@ void snapshot::check_format(hid_t file, const fs::path& path) {
   const auto version = hdf5::read_attribute<std::int32_t>(file, "version");
   if (version < oldest_version || version > format_version)
     throw Error("the snapshot '" + path.string() + "' has version " + std::to_string(version) +
-                " of the format, this program reads version " + std::to_string(format_version) +
-                "; use the program that wrote it");
+                " of the format, this program reads versions " + std::to_string(oldest_version) + " to " +
+                std::to_string(format_version) + "; use the program that wrote it");
 }
 
 Snapshot snapshot::read(const fs::path& path, SnapshotPart part,

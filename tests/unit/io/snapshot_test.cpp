@@ -371,15 +371,26 @@ TEST_F(SnapshotFile, RefusesWhatIsNoSnapshot) {
   EXPECT_NE(refusal([&] { read_snapshot(path_); }).find("no snapshot of bsp2"), std::string::npos);
 }
 
-TEST_F(SnapshotFile, RefusesAnotherVersion) {
-  write_snapshot(path_, random_snapshot(random_, 2));
-  const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT),
+void set_version(const fs::path& path, std::int32_t version) {
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT),
               attribute = H5Aopen(file, "version", H5P_DEFAULT);
-  const std::int32_t next = 99;
-  H5Awrite(attribute, H5T_NATIVE_INT32, &next);
+  H5Awrite(attribute, H5T_NATIVE_INT32, &version);
   H5Aclose(attribute);
   H5Fclose(file);
-  EXPECT_NE(refusal([&] { read_snapshot(path_); }).find("version 99"), std::string::npos);
+}
+
+TEST_F(SnapshotFile, IsReadOfTheVersionBeforeAndRefusedOfOthers) {
+  const Snapshot snapshot = random_snapshot(random_, 2);
+  write_snapshot(path_, snapshot);
+  for (const std::int32_t other : {4, 7, 99}) {
+    set_version(path_, other);
+    EXPECT_NE(refusal([&] { read_snapshot(path_); }).find("version " + std::to_string(other) + " "),
+              std::string::npos);
+  }
+  for (const std::int32_t version : {5, 6}) {
+    set_version(path_, version);
+    EXPECT_EQ(read_snapshot(path_).head.in_cells, snapshot.head.in_cells);
+  }
 }
 
 TEST_F(SnapshotFile, ReadsAFileThatDoesNotTellWhatHasEnded) {

@@ -27,7 +27,7 @@ struct Mesh {
       frame_points;            ///< the points in the mesh's own frame, times 2^53, exactly
   geometry::AffineMap<3> map;  ///< places them in the model
   int grid_exponent = 0;
-  const model::TriangleMesh* source = nullptr;  ///< what was placed, as long as the expression lives
+  const model::TriangleMesh* source = nullptr;  ///< by its address: which of the model's; it may be gone
   std::vector<std::array<double, 3>> points;    ///< in the model, rounded
   double error = 0;                             ///< bound of the coordinates' error
   std::vector<Facet> facets;
