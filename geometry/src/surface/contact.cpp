@@ -315,7 +315,7 @@ struct FacetMatcher::Implementation {
     return true;
   }
 
-  enum class Overlap { none, some, all };
+  enum class Overlap { nothing, some, all };
 
   /// How much of the polygon is on the inner side of the facet's edges; `some` where no single edge tells.
   Overlap overlap(const Facet& facet, std::span<const PlaneCorner> polygon) {
@@ -329,7 +329,7 @@ struct FacetMatcher::Implementation {
         has_outer = has_outer || side > 0;
         if (has_inner && has_outer) break;
       }
-      if (!has_inner) return Overlap::none;
+      if (!has_inner) return Overlap::nothing;
     }
     return has_outer ? Overlap::some : Overlap::all;
   }
@@ -345,9 +345,9 @@ struct FacetMatcher::Implementation {
 
   void meet(Facet& negative, Facet& positive, bool with_skin) {
     const Overlap of_negative = overlap(positive, polygon(negative));
-    if (of_negative == Overlap::none) return;
+    if (of_negative == Overlap::nothing) return;
     const Overlap of_positive = overlap(negative, polygon(positive));
-    if (of_positive == Overlap::none) return;
+    if (of_positive == Overlap::nothing) return;
     negative.covered = of_negative == Overlap::all;
     positive.covered = of_positive == Overlap::all;
     const std::int32_t owner_of_negative = source(negative).owner, owner_of_positive = source(positive).owner;
