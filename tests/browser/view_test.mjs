@@ -318,9 +318,9 @@ async function detail() {
 
   await step('what was undecided is gone where nothing is left', async () => {
     const half = join(folder, 'half.csg');
-    const balls = Array.from({ length: 512 }, (_, i) => `multmatrix([[1,0,0,${i % 8}],[0,1,0,${Math.floor(i / 8) % 8}],[0,0,1,${Math.floor(i / 64)}],[0,0,0,1]]) sphere(r = 1.2, $fn = 12);`);
+    const balls = Array.from({ length: 256 }, (_, i) => `multmatrix([[1,0,0,${i % 8}],[0,1,0,${Math.floor(i / 8) % 8}],[0,0,1,${Math.floor(i / 64)}],[0,0,0,1]]) sphere(r = 1.2, $fn = 12);`);
     await writeFile(half, `difference() { cube(size = [16, 8, 8]);\n${balls.join('\n')}\n}\n`);
-    const run = await view(half, '--regions', '200', '--budget', '5ms', '--order', 'priority', '--threads', '1');
+    const run = await view(half, '--regions', '200', '--budget', '30ms', '--order', 'priority', '--threads', '1');
     page = await open(run.link);
     await finished(page);
     await page.keyboard.press('c');
