@@ -73,8 +73,8 @@ bool Editor::keeps_topology(std::uint32_t u, std::uint32_t v, const Ring& ring) 
   }
   // Lines in which several pieces of the surface meet may only be shortened.
   const auto is_at_junction = [&](std::uint32_t p) {
-    const auto around = neighbours(p);
-    return std::any_of(around.begin(), around.end(),
+    const auto near = neighbours(p);
+    return std::any_of(near.begin(), near.end(),
                        [&](std::uint32_t q) { return kind_[q] != inside && is_junction(ring_of(p, q)); });
   };
   return is_junction(ring) || !is_at_junction(u) || !is_at_junction(v);

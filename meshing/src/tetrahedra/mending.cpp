@@ -208,8 +208,8 @@ bool Editor::find_inside(const std::vector<std::array<std::uint32_t, 3>>& faces,
       double least = wanted;
       const Plane* worst = nullptr;
       for (const Plane& plane : planes)
-        if (const double inside = dot(plane.inward, x - plane.on); inside < least) {
-          least = inside;
+        if (const double depth_here = dot(plane.inward, x - plane.on); depth_here < least) {
+          least = depth_here;
           worst = &plane;
         }
       if (worst == nullptr) break;
