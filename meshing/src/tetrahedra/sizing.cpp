@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <queue>
+#include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
-#include "simplices/shape.hpp"
 
 namespace bsp2::meshing {
 namespace {
