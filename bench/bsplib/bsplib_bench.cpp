@@ -134,7 +134,8 @@ void against_mpi(Bench& bench) {
   bsp_sync();
 }
 
-/// The same bytes, cut into accesses of different sizes, over neighbouring places: times one bsp_put of all.
+/// The bytes of one bsp_put, cut into accesses of different sizes, over neighbouring places: times one
+/// bsp_put of all.
 struct Combinations {
   Bench& bench;
   World world{};

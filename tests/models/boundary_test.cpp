@@ -28,7 +28,8 @@ void expect_closed(const supersteps::RunResult& result) {
   EXPECT_EQ(result.report.supersteps.back().name, "resolution");
 }
 
-/// The same without cells, byte for byte. @return whether none were made.
+/// Expects the surface that is found without cells to be that of the cells, byte for byte. @return whether
+/// none were made.
 bool expect_same_without_cells(const std::filesystem::path& file, const supersteps::RunResult& of_cells) {
   supersteps::RunOptions options;
   options.model = file;

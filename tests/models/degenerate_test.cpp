@@ -16,7 +16,7 @@ using model::intersect;
 using model::subtract;
 using model::unite;
 
-/// The same solid in a frame that no coordinate likes.
+/// The solid in a frame that no coordinate likes.
 Expression somewhere(const Expression& e) {
   return model::transform(
       std::vector<double>{0.36, -0.8, 0.48, 0.1, 0.48, 0.6, 0.64, 0.2, -0.8, 0, 0.6, 0.3, 0, 0, 0, 1}, e);

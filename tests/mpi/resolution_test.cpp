@@ -487,10 +487,9 @@ TEST(Moving, IsBegunByARankThatHasNothingLeftToDo) {
       before = cells.back();
     } else {
       // What was given away is computed by whoever had nothing left; how much depends on how fast the machine
-      // is.
+      // is. A region may come back in the end, so the owners need not differ.
       EXPECT_TRUE(cells.back() < before || idle < 0.5) << idle;
       EXPECT_LE(cells.back(), before);
-      EXPECT_TRUE(is_moved || cells.back() == before);
     }
   }
 }

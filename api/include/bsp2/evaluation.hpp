@@ -319,8 +319,8 @@ class BSP2_API Stoppable {
 /// After an error that arose with several ranks, nothing more can be done with them.
 BSP2_API Result evaluate(const Expression& expression, const Options& options = {}, const Ranks& ranks = {});
 
-/// The same of the model in a file, which the master alone reads: what it names by relative paths, each rank
-/// reads for itself. Nothing of it is held beside the evaluation.
+/// Evaluates the model in a file, as an expression is. The master alone reads it; what it names by relative
+/// paths, each rank reads for itself. Nothing of it is held beside the evaluation.
 BSP2_API Result evaluate(const std::filesystem::path& model, const Options& options = {},
                          const Ranks& ranks = {});
 

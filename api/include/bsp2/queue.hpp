@@ -114,7 +114,7 @@ struct SurfaceTable {
   std::uint64_t triangles = 0;
 };
 
-/// The same of the surface of a solid.
+/// What the surface of a solid takes on so many nodes, as `measure_tables` says it of cells.
 /// @throws Error as `evaluate`, and where the surface is not found without cells.
 BSP2_API std::vector<SurfaceTable> measure_surface(const Expression& expression,
                                                    const std::vector<unsigned>& node_counts,

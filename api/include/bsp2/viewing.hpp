@@ -35,7 +35,7 @@ struct ViewerOptions {
 /// @throws Error if nothing can be served; with several ranks also for a mistake in the model.
 BSP2_API void view(const std::filesystem::path& file, const ViewerOptions& viewer = {},
                    const Options& options = {}, const Ranks& ranks = {});
-/// The same of an expression, which is evaluated once.
+/// Shows an expression, which is evaluated once, as the model in a file is shown.
 BSP2_API void view(const Expression& expression, const ViewerOptions& viewer = {},
                    const Options& options = {}, const Ranks& ranks = {});
 

@@ -37,7 +37,7 @@ void remove_old(const fs::path& path) {
   fs::remove(path, nothing_there);
 }
 
-/// The same of a file that could not be written, if it is called as that calls it.
+/// Removes the old output in a file's place in the folder, if the file is called as Outputs::folder calls it.
 void remove_old_of(const std::optional<fs::path>& folder, const fs::path& path) {
   if (!folder) return;
   if (path == *folder / Outputs::cells_name) return io::remove_vtu(path);
@@ -121,7 +121,7 @@ void make(const Writing& writing, const fs::path& path, supersteps::RunReport& r
   if (ranks.is_master()) remove_old_of(writing.files.folder, path);
 }
 
-/// The same of a file that the master makes alone.
+/// Makes a file by the master alone, which tells all ranks how that ended.
 void make_alone(const Writing& writing, const fs::path& path, supersteps::RunReport& report,
                 supersteps::Ranks& ranks, const std::function<void()>& work) {
   make(writing, path, report, ranks, [&] {

@@ -37,7 +37,7 @@ class Scene {
 
   /// The message under a key becomes another one, and the last in order.
   void put(const std::string& key, std::string bytes, std::shared_ptr<const Detail> detail = {});
-  /// The same; and whoever begins to read gets it before all others, too: what these are shown with.
+  /// As `put`, for what the others are shown with: whoever begins to read gets it before all of them, too.
   void put_first(const std::string& key, std::string bytes);
   /// Takes all those away whose keys begin so.
   void remove(std::string_view beginning);

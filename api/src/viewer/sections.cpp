@@ -305,7 +305,7 @@ class Section {
     }
   }
 
-  /// The same for all triangles at an edge.
+  /// Where an edge crosses the plane: one point for all triangles at the edge.
   [[nodiscard]] std::array<double, 2> crossing(const Point& below, const Point& above, double at) const {
     const double share = (at - below[plane_.axis]) / (above[plane_.axis] - below[plane_.axis]);
     return {below[u()] + share * (above[u()] - below[u()]), below[v()] + share * (above[v()] - below[v()])};

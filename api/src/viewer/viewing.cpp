@@ -106,7 +106,7 @@ void show_once(const Show& show, Viewer& viewer, FileWatch* watch) {
   if (show.viewer.evaluated) show.viewer.evaluated(figures_in(result.report));
 }
 
-/// The same, and a mistake in the model ends the run alone: it can be mended. Several ranks have lost each
+/// Shows the model; a mistake in it ends the run alone, since it can be mended. Several ranks have lost each
 /// other then, and it ends them. Collective.
 void show_and_tell(const Show& show, Viewer& viewer, FileWatch* watch) {
   supersteps::Ranks& ranks = show.ranks.ranks;

@@ -57,7 +57,7 @@ void next_messages();
 
 /// Ends all processes with an error of the layer; one process prints it.
 [[noreturn]] void die(const Error& error);
-/// The same with a message of this process.
+/// Ends all processes with a message of this one, which names the function of BSPlib.
 [[noreturn]] void die(const char* function, const std::string& message);
 [[noreturn]] void abort_with(const char* format, va_list arguments);
 [[noreturn]] void not_in_spmd(const char* function);

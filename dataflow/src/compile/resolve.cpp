@@ -72,7 +72,7 @@ Expression one_part(const Expression& image, std::uint64_t parts) {
   return make(image.dimension(), Boolean{model::Operation::unite, {image}, parts});
 }
 
-/// The same as one part where the node is one.
+/// A Boolean of these images, as one part where the node is one.
 Expression boolean_of(const Boolean& boolean, const Node& node, std::vector<Expression> images) {
   Expression image = boolean_of(boolean, node.dimension, std::move(images));
   return image.node().parts == node.parts
@@ -259,7 +259,7 @@ class Resolver {
     for (Expression& solid : solids) solid = without_flats(solid);
   }
 
-  /// The same without flat results of constructs, for all but those that take points: one warning for each
+  /// The solid without flat results of constructs, for all but those that take points: one warning for each
   /// construct.
   Expression without_flats(const Expression& solid) {
     if (flats_.empty()) return solid;
@@ -286,7 +286,7 @@ class Resolver {
         });
   }
 
-  /// The same with polyhedra in the place of what is round: other constructs need corners.
+  /// The solid with polyhedra in the place of what is round: other constructs need corners.
   Expression faceted(const Expression& solid) {
     return faceted_.run(
         solid, [](const Expression& at) { return at.node().faceted ? std::optional(at) : std::nullopt; },

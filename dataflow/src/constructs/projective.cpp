@@ -116,8 +116,8 @@ Piece image_of_net(const std::vector<Real>& matrix, const Piece& piece, std::siz
   return image;
 }
 
-/// The same spline with one knot more along a parameter. Source: W. Boehm, Inserting New Knots into B-spline
-/// Curves (1980).
+/// Gives a spline one knot more along a parameter; it stays as it is. Source: W. Boehm, Inserting New Knots
+/// into B-spline Curves (1980).
 void insert_knot(Piece& piece, std::size_t parameter, double t, std::size_t stride) {
   auto& knots = piece.knots[parameter];
   const std::size_t degree = piece.degrees[parameter], count = knots.size() - degree - 1;
@@ -154,7 +154,7 @@ void insert_knot(Piece& piece, std::size_t parameter, double t, std::size_t stri
   knots.insert(knots.begin() + static_cast<std::ptrdiff_t>(span) + 1, t);
 }
 
-/// The same spline with every span of its domain halved: alike along edges that fit together.
+/// Halves every span of a spline's domain; it stays as it is, and edges that fit together still do.
 void halve_spans(Piece& piece, std::size_t stride) {
   for (std::size_t j = 0; j < piece.degrees.size(); ++j) {
     const std::vector<double> knots = piece.knots[j];

@@ -105,7 +105,7 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
   return nullptr;
 }
 
-/// The same; what making the cells again takes is no part of a budget.
+/// Unfolds a token; what making the cells again takes is no part of a budget.
 template <int D>
 Token<D>* Worker<D>::unfold_by_the_clock(Token<D>* token) {
   if (!context_.options.budget_seconds) return unfold(token);

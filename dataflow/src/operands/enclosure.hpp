@@ -34,7 +34,7 @@ model::Expression with_facets(const model::Expression& solid, Facets facets, con
 /// round in them.
 std::string circle_corners_text(const std::vector<model::Expression>& solids);
 
-/// The same with circles of so many corners at most where nobody has said how many ($fn).
+/// A solid whose circles have so many corners at most where nobody has said how many ($fn).
 model::Expression with_fewer_corners(const model::Expression& solid, std::uint32_t corners);
 
 /// What lies between two solids, as one: IN in the first, OUT outside of the second, FUZZY between.

@@ -64,7 +64,7 @@ struct PlacedPrimitive {
 /// Whether a solid is nothing but a union of primitives.
 bool is_union(const model::Expression& solid);
 
-/// The same Boolean expression with other solids, of this dimension, in the places of the primitives.
+/// A Boolean expression with other solids, of this dimension, in the places of the primitives.
 model::Expression with_primitives_replaced(
     const model::Expression& solid, int dimension,
     const std::function<model::Expression(const PlacedPrimitive&)>& leaf);

@@ -403,7 +403,8 @@ std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const R
   return winding;
 }
 
-/// The same from a point outside of the mesh's bounds.
+/// How often the mesh winds around a point, counted along a line from outside of its bounds; none if rounding
+/// leaves that open.
 std::optional<std::int32_t> MeshProducer::winding_anew(const Point& point) const {
   const Point from = point_outside(point);
   std::int32_t winding = 0;

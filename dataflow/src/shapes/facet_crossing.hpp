@@ -28,7 +28,8 @@ inline int sign_of_determinant(const std::array<double, 3>& u, const std::array<
   return value > bound ? 1 : value < -bound ? -1 : 0;
 }
 
-/// The same in the plane.
+/// The sign of a determinant in the plane, of vectors whose coordinates are off by at most `error`; 0 if that
+/// leaves it open.
 inline int sign_of_determinant(const std::array<double, 2>& u, const std::array<double, 2>& v, double error) {
   const double value = u[0] * v[1] - u[1] * v[0], s = std::fabs(u[0]) + std::fabs(u[1]),
                t = std::fabs(v[0]) + std::fabs(v[1]);
@@ -75,7 +76,7 @@ class SegmentAmongFacets {
     return first != 0 && side(b) == first && side(c) == first;
   }
 
-  /// The same of all corners of a box: the side of its middle, by more than any corner is off.
+  /// Whether all corners of a box are on one side: that of its middle, by more than any corner is off.
   [[nodiscard]] bool is_box_beside(const std::array<double, 3>& low, const std::array<double, 3>& high,
                                    std::size_t i, std::size_t j) const {
     const double x = low[i] / 2 + high[i] / 2 - p_[i], y = low[j] / 2 + high[j] / 2 - p_[j];
@@ -102,7 +103,8 @@ inline std::optional<int> crossing(int p_side, int q_side, const std::array<int,
   return p_side < 0 ? 1 : -1;
 }
 
-/// The same from coordinates whose differences are off by at most `error`.
+/// How the winding number changes from p to q across the facet abc, by coordinates whose differences are off
+/// by at most `error`.
 inline std::optional<int> crossing(const std::array<double, 3>& p, const std::array<double, 3>& q,
                                    const std::array<double, 3>& a, const std::array<double, 3>& b,
                                    const std::array<double, 3>& c, double error) {
@@ -115,7 +117,7 @@ inline std::optional<int> crossing(const std::array<double, 3>& p, const std::ar
                    sign_of_determinant(pq, pc, pa, error)});
 }
 
-/// The same in the plane, across a side ab of a polygon.
+/// How the winding number changes from p to q across the side ab of a polygon in the plane.
 inline std::optional<int> crossing(const std::array<double, 2>& p, const std::array<double, 2>& q,
                                    const std::array<double, 2>& a, const std::array<double, 2>& b,
                                    double error) {

@@ -111,7 +111,7 @@ class Embedding {
     return turns == 1;
   }
 
-  /// The same, by each pair of facets at the point.
+  /// Whether the facets at a point have no more than the edges there in common, by each pair of them.
   [[nodiscard]] bool are_apart_around(std::uint32_t at) const {
     const auto around = topology_.around(at);
     constexpr std::size_t most = 1024;

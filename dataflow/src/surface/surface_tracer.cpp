@@ -300,7 +300,8 @@ Label SurfaceTracer::label_at_centre(std::uint32_t producer, const Sides& box) {
   return Label::in;
 }
 
-/// The same of a mesh: by the centre, or another point of the box where rounding leaves that open.
+/// Where a box that no facet meets lies to a mesh: by its centre, or another point of the box where rounding
+/// leaves that open.
 Label SurfaceTracer::label_of_mesh(std::uint32_t producer, const Sides& box,
                                    const std::array<double, 3>& centre) {
   const MeshProducer mesh(network_, network_.producers[producer]);

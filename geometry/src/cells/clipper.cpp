@@ -234,7 +234,7 @@ void Clipper<3>::find_common_ends() {
   }
 }
 
-/// The same of one facet, where it goes through vertices.
+/// The ends of what one facet has in common with the cut, where that goes through vertices.
 std::array<std::uint16_t, 2> Clipper<3>::touched_ends(const Facet& facet) const {
   std::array<Index, 2> ends{};
   std::size_t found = 0;

@@ -24,8 +24,8 @@ class SpaceCell {
   std::uint16_t* facet_edges;        // two an edge
 
   void add_facet_edge(std::uint16_t edge) { facet_edges[filled_++] = edge; }
-  /// The same without a branch. What is not wanted is overwritten by the next one: there has to be one, of
-  /// this facet or another.
+  /// Adds an edge if it is wanted, without a branch. What is not wanted is overwritten by the next one: there
+  /// has to be one, of this facet or another.
   void add_facet_edge_if(bool wanted, std::uint16_t edge) {
     facet_edges[filled_] = edge;
     filled_ += wanted ? 1 : 0;

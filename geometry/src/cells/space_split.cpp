@@ -71,8 +71,8 @@ void Splitter<3>::find_common_edges(const Cell<3>& cell) {
   common_outline_.resize(crossing);
 }
 
-/// The same where vertices lie on the hyperplane, and maybe edges: each of these belongs to two facets, one a
-/// side, and is taken from the negative one.
+/// Finds the common edges where vertices lie on the hyperplane, and maybe edges: each of these belongs to two
+/// facets, one a side, and is taken from the negative one.
 template <>
 void Splitter<3>::find_touched_edges(const Cell<3>& cell) {
   const std::size_t edges = cell.face_count(1), facets = cell.facet_count();

@@ -56,7 +56,7 @@ void minor(const std::array<std::array<long double, D>, D>& m, unsigned rows, un
   }
 }
 
-/// The same without one row and one column; in space, where models have millions of maps, without the
+/// The minor without one row and one column; in space, where models have millions of maps, without the
 /// recursion.
 template <int D>
 void minor_without(const std::array<std::array<long double, D>, D>& m, int row, int column,

@@ -46,7 +46,7 @@ std::array<double, 3> newell(std::size_t count, const Position& at) {
 
 double length(const std::array<double, 3>& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/// The same for equal sets of corners, in whatever order.
+/// A hash of a set of corners, in whatever order they are.
 std::uint64_t hash_of(std::span<const Corner> corners) {
   std::uint64_t sum = 0;
   for (const Corner& corner : corners) {

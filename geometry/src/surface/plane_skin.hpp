@@ -34,7 +34,8 @@ class PlanePoints {
   std::uint32_t find(HyperplaneId a, HyperplaneId b) {
     return find(a, b, [&] { return canonical_vertex(table_, {plane_, a, b}); });
   }
-  /// The same. @param make gives a vertex that is this point, of whatever hyperplanes, where it is new.
+  /// The point in which the plane meets two others. @param make gives a vertex that is this point, of
+  /// whatever hyperplanes, where it is new.
   template <typename Make>
   std::uint32_t find(HyperplaneId a, HyperplaneId b, Make&& make) {
     const std::uint64_t key = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);

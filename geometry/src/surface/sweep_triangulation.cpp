@@ -163,7 +163,7 @@ void SweepTriangulator::append(Chain& chain, std::uint32_t vertex) {
   chain.last = chain.newest = node;
 }
 
-/// The same at the lower end.
+/// Adds a vertex at the lower end of a chain, with the triangles that it closes.
 void SweepTriangulator::prepend(Chain& chain, std::uint32_t vertex) {
   const std::uint32_t node = new_node(vertex);
   std::uint32_t a = chain.first;

@@ -28,7 +28,8 @@ struct TriangulatedSkin {
 /// @param skin its edges are those that the triangles were made of.
 TriangulatedSkin with_surface(TriangulatedSkin skin, const FaceTriangles& triangles);
 
-/// The same for any number of threads. @throws std::logic_error if the skin is not that of a solid.
+/// The skin's triangles, put in; the same for any number of threads. @throws std::logic_error if the skin is
+/// not that of a solid.
 TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told,
                               unsigned threads);
 

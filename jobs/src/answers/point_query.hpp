@@ -17,7 +17,7 @@ namespace bsp2::jobs {
 /// (beyond 1e150).
 std::vector<double> read_points(std::istream& text, const std::string& name, int dimension);
 
-/// The same of a file; "-" is standard input. @throws bsp2::Error also if it cannot be read.
+/// Reads the points in a file; "-" is standard input. @throws bsp2::Error also if it cannot be read.
 std::vector<double> read_points(const std::filesystem::path& path, int dimension);
 
 /// The answers for people and spreadsheets: columns between tabs, under a line of their names; or as JSON,

@@ -13,7 +13,7 @@ namespace bsp2::jobs {
 /// @return the exit code, equal on all ranks: 0 for success, 2 for the user's mistake, 1 for ours.
 int program(const std::vector<std::string>& arguments, std::ostream& out, const Ranks& ranks);
 
-/// The same on the ranks that a launcher started. Also tells why they could not start.
+/// Runs the program on the ranks that a launcher started. Also tells why they could not start.
 int program(const std::vector<std::string>& arguments, std::ostream& out);
 
 }  // namespace bsp2::jobs

@@ -50,7 +50,7 @@ class Editor {
   [[nodiscard]] Kind kind(std::uint32_t p) const { return kind_[p]; }
   [[nodiscard]] std::span<const std::uint32_t> star(std::uint32_t p) const { return star_[p]; }
   [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t p) const;  ///< ascending
-  /// The same in any order, in memory that is used again.
+  /// Finds the neighbours of a point in any order, in memory that is used again.
   void find_neighbours(std::uint32_t p, std::vector<std::uint32_t>& all) const;
   [[nodiscard]] double length(std::uint32_t u, std::uint32_t v) const;
   [[nodiscard]] double volume(std::uint32_t t) const;

@@ -31,7 +31,7 @@ class Sizing {
   /// @param share edges shorter than this share of what is wanted go, where what is left has at least this
   /// shape. @param since as for `edges_where`. @return how many did.
   std::uint64_t coarsen(double share, double least, std::uint64_t since = 0);
-  /// The same for what is shorter than new edges should be.
+  /// Collapses what is shorter than new edges should be. @return how many times.
   std::uint64_t coarsen(std::uint64_t since = 0);
   /// Splits what is too long. @param since as for `edges_where`. @return how many times.
   std::uint64_t refine(std::uint64_t since = 0);

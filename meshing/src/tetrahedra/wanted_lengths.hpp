@@ -20,7 +20,7 @@ class WantedLengths {
   /// As the user wants it, but where the solid has details that are finer: there short edges go over to long
   /// ones. @param from_seams only points at several parts want anything, the others what is fine beside them.
   void find(bool with_details, bool from_seams = false);
-  /// The same with finer details than the call before, unless that makes too many tetrahedra.
+  /// Finds lengths for finer details than the call before, unless that makes too many tetrahedra.
   void find_finer();
   /// Whether the next call of that could find finer details.
   [[nodiscard]] bool may_be_finer() const { return !is_last_; }

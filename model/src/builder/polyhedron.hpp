@@ -28,7 +28,7 @@ enum class Holes : std::uint8_t {
   cap      ///< merge corners and close holes by caps, unless the mesh is a sheet: for meshes from files
 };
 
-/// The same, of faces that need not be the boundary of a solid: equal faces count once, faces wound unlike
+/// A polyhedron of faces that need not be the boundary of a solid: equal faces count once, faces wound unlike
 /// their neighbours are turned; in this order and only as far as it takes. With Holes::cap, what is open even
 /// then is begun anew: corners that noise has driven apart are merged (mesh_merging.hpp), faces that are
 /// there already left out, others turned, holes capped (mesh_patching.hpp), and sheets, which enclose

@@ -264,8 +264,8 @@ Reader::Frame Reader::header() {
   return frame;
 }
 
-/// The same polyhedra are written again and again, and to make sure that one is closed takes long. @return
-/// null, or what stands here, which is passed over.
+/// A polyhedron that was read before, since many are written again and again, and to make sure that one is
+/// closed takes long. @return null, or what stands here, which is passed over.
 const Expression* Reader::known_polyhedron() {
   const std::size_t begin = scanner_.offset(), end = text_.find(')', begin);
   if (end == std::string_view::npos) return nullptr;

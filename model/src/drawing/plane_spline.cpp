@@ -166,8 +166,8 @@ std::vector<Point> open_derivatives(const std::vector<Point>& points, const std:
   return solve(below, middle, above, std::move(right));
 }
 
-/// The same of a closed spline, of whose n + 1 points the last is the first: as a row, and what the two ends
-/// have in common (Sherman and Morrison).
+/// The derivatives of a closed spline at its points, of whose n + 1 points the last is the first: as a row,
+/// and what the two ends have in common (Sherman and Morrison).
 std::vector<Point> closed_derivatives(const std::vector<Point>& points, const std::vector<double>& steps) {
   const std::size_t n = points.size() - 1;
   std::vector<double> below(n), middle(n), above(n);

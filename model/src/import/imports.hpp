@@ -79,7 +79,7 @@ std::string mesh_endings();
 /// @throws bsp2::Error if the file cannot be read.
 ImportedParts import_parts(const std::filesystem::path& path, const Fineness& fineness = {});
 
-/// The same as one mesh.
+/// All parts of a file of solids as one mesh.
 ImportedMesh import_mesh(const std::filesystem::path& path);
 
 /// A part of a file that is a solid.
@@ -97,7 +97,7 @@ struct SolidPart {
 std::vector<SolidPart> solids_of_file(const std::filesystem::path& path, const Fineness& fineness,
                                       const Remarks& remarks);
 
-/// The same for each format, of the bytes of a file. @param path its name in messages.
+/// The mesh in the bytes of a file, for each format. @param path its name in messages.
 ImportedMesh import_stl(std::string_view bytes, const std::filesystem::path& path);  ///< text and binary
 ImportedMesh import_off(std::string_view bytes, const std::filesystem::path& path);  ///< text
 ImportedMesh import_obj(std::string_view bytes, const std::filesystem::path& path);

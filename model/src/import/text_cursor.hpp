@@ -34,7 +34,7 @@ class TextCursor {
   std::size_t count(std::string_view word) const;
   /// @throws bsp2::Error "path:line: text"
   [[noreturn]] void fail(const std::string& text) const;
-  /// The same; tells what was found in place of what was expected.
+  /// @throws bsp2::Error "path:line: ...", which tells what was found in place of what was expected.
   [[noreturn]] void fail_at(std::string_view word, const std::string& expected) const;
 
  private:

@@ -13,8 +13,8 @@ namespace bsp2::model {
 /// many, `first` the first of them.
 FaceCycles without_duplicates(const FaceCycles& faces, std::size_t& dropped, std::size_t* first = nullptr);
 
-/// The same of faces in whichever direction: of those that go through the same points one stays. Where as
-/// many go in one direction as in the other and other faces meet along all of their edges, they are a wall
+/// Drops copies of faces, in whichever direction: of those that go through the same points one stays. Where
+/// as many go in one direction as in the other and other faces meet along all of their edges, they are a wall
 /// that bounds nothing and all stay: they cancel each other.
 FaceCycles without_copies(const FaceCycles& faces, std::size_t& dropped);
 

@@ -24,7 +24,7 @@ int orientation(const Point2& a, const Point2& b, const Point2& c);
 /// Sign of the volume of the tetrahedron a b c d: 1 if a b c is counter-clockwise seen from d. Exact.
 int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d);
 
-/// The same where doubles tell for sure.
+/// Sign of the volume of the tetrahedron a b c d where doubles tell it for sure.
 std::optional<int> quick_orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d);
 
 /// Whether the three points lie on one line (or coincide). Exact.

@@ -30,7 +30,7 @@ double facet_area(const CellBatch& batch, std::size_t cell, std::size_t facet) {
   return std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / 2;
 }
 
-/// The same cells, FUZZY ones as if they were IN: the matching glues IN cells only.
+/// Copies of cells, FUZZY ones as if they were IN: the matching glues IN cells only.
 Batches all_in(const Batches& batches) {
   Batches result;
   for (const auto& batch : batches) {

@@ -21,7 +21,7 @@ void broadcast(Ranks& ranks, T& value) {
   for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, value);
 }
 
-/// The same of a text, which may be long: as it is, without an archive.
+/// Gives all ranks the master's text, which may be long: as it is, without an archive.
 inline void broadcast(Ranks& ranks, std::string& text) {
   if (ranks.is_master())
     for (int rank = 1; rank < ranks.count(); ++rank) ranks.send(rank, text);

@@ -48,7 +48,7 @@ class Camera {
     const Vector q = eye_ ? difference(p, *eye_) : p;
     return {dot(right_, q), dot(up_, q), dot(toward_, q)};
   }
-  /// The same of a direction.
+  /// A direction in the picture's axes.
   [[nodiscard]] Vector turn(const Vector& v) const { return {dot(right_, v), dot(up_, v), dot(toward_, v)}; }
   /// Whether a polygon with this normal, through this point, both as seen, shows its front.
   [[nodiscard]] bool shows_front(const Vector& normal, const Vector& point) const {

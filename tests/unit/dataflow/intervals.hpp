@@ -42,7 +42,7 @@ inline void expect_contains(const VolumeInterval& interval, double truth) {
   EXPECT_GE(interval.high(), truth * (1 - 1e-12));
 }
 
-/// The same cells with 1, 2 and 4 threads, in both orders.
+/// Expects one digest of 1, 2 and 4 threads, in both orders.
 template <int D>
 void expect_same_digest(const model::Expression& e, EvaluateOptions options, unsigned depth) {
   std::set<std::string> digests;

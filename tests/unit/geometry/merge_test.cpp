@@ -21,7 +21,7 @@ namespace {
 
 using oracle::Rational;
 
-/// The same hyperplane: exactly proportional. @return its sign, or 0 if it is another one.
+/// Whether two hyperplanes are one: exactly proportional. @return the sign, or 0 if they are not.
 template <int D>
 int same(const oracle::Plane<D>& a, const oracle::Plane<D>& b) {
   int pivot = 0;

@@ -79,7 +79,7 @@ void put(std::string& bytes, T value) {
   bytes.append(raw, sizeof(T));
 }
 
-/// The same solid in the four forms.
+/// One solid in the four forms.
 TEST(Msh, VersionsAndFormsAreTheSame) {
   const std::string text_4 =
       "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \"all\"\n$EndPhysicalNames\n"

@@ -295,7 +295,7 @@ TEST(Tracing, EdgesThatOnlyCrossHaveNoVertexThere) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-/// The same found by chance, where the surface without cells had a vertex too many.
+/// Found by chance: here the surface without cells had a vertex too many.
 TEST(Tracing, EdgesThatOnlyCrossHaveNoVertexThereWithoutCells) {
   const auto prism = model::transform(std::vector<double>{0, 1, 0, 2, 0, 0, 1, -1, -1, 0, 0, 2, 0, 0, 0, 1},
                                       model::cylinder(3, 2, 2, 4, true));

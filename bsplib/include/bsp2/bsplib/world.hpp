@@ -220,7 +220,7 @@ class World {
   /// superstep are there.
   /// @throws Error, agreed.
   void sync(std::source_location place = std::source_location::current()) { sync(detail::Call{}, place); }
-  /// The same, as part of a collective function. @throws Error, agreed, if ranks are in different ones.
+  /// Ends the superstep within a collective function. @throws Error, agreed, if ranks are in different ones.
   void sync(const detail::Call& call, detail::Place place);
   /// Begins the end of the superstep: communication runs while this rank goes on computing. Collective, as
   /// its close().

@@ -86,7 +86,7 @@ struct Region {
 struct Digest {
   std::array<std::uint64_t, 2> words{};
   void add(const geometry::CellBatch& batch, std::size_t cell);
-  /// The same for a cell that has not been written to a batch.
+  /// Adds a cell that has not been written to a batch.
   template <int D>
   void add(const geometry::Cell<D>& cell, geometry::Label label, std::int32_t primitive, std::int32_t part,
            std::uint16_t level);

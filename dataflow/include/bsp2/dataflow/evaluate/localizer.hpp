@@ -54,7 +54,7 @@ class Localizer {
   /// coordinates.
   void set_view(std::span<const double> eye, double angle);
 
-  /// The same for a cell that will not be cut: FUZZY only if some producer really is undecided.
+  /// The answer for a cell that will not be cut: FUZZY only if some producer really is undecided.
   Answer decide(std::span<const Word> program, const geometry::Cell<D>& cell, Words& out);
 
   /// The answer that a program gives away, as far as it was localized: IN although it is undecided what the

@@ -35,7 +35,7 @@ struct BspTree {
   /// The leaf that holds the point; on a hyperplane, the negative side. By the rounded hyperplanes: a point
   /// within rounding of one may be found in the leaf across it.
   [[nodiscard]] std::int32_t locate(std::span<const double> point) const;
-  /// The same exactly, by the hyperplanes of the table that `ids` name.
+  /// The leaf that holds the point, exactly, by the hyperplanes of the table that `ids` name.
   template <int D>
   [[nodiscard]] std::int32_t locate(const HyperplaneTable<D>& table,
                                     const std::array<double, D>& point) const {
@@ -52,7 +52,7 @@ struct BspTree {
                            const std::function<void(std::int32_t leaf)>& visit) const {
     visit_back_to_front(root, eye, parallel, visit);
   }
-  /// The same for the leaves below `from`, a node or a leaf.
+  /// Visits the leaves below `from`, a node or a leaf, from the farthest to the nearest.
   void visit_back_to_front(std::int32_t from, std::span<const double> eye, bool parallel,
                            const std::function<void(std::int32_t leaf)>& visit) const;
 };

@@ -115,7 +115,7 @@ std::vector<Vertex<3>> make_vertices(const HyperplaneTable<3>& table,
 template <int D>
 using EdgeHyperplanes = std::array<HyperplaneId, D - 1>;
 
-/// The same for all edges that one hyperplane cuts. @param vertices one an edge, to be written.
+/// Makes the vertices in which one hyperplane cuts edges. @param vertices one an edge, to be written.
 template <int D>
 void make_vertices(const HyperplaneTable<D>& table, std::span<const EdgeHyperplanes<D>> edges,
                    HyperplaneId id, Vertex<D>* vertices, std::uint64_t& exact_evaluations);

@@ -11,7 +11,7 @@ namespace bsp2::geometry {
 
 /// Cuts one cell by many hyperplanes, one after the other, and keeps what lies behind all of them.
 ///
-/// The same cells as from `Splitter::split`, face by face in the same order; but what stays is changed in
+/// Its cells are those of `Splitter::split`, face by face in the same order; but what stays is changed in
 /// place, so a cut costs what it changes and one look at each vertex and edge. Thread rule: that of the
 /// splitter, whose predicate it uses and whose counts it continues.
 template <int D>

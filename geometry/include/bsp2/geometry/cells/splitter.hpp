@@ -102,7 +102,7 @@ class Splitter {
 
   /// Where the cell lies, stopping as soon as that is known; remembers nothing.
   Position position(const Cell<D>& cell, HyperplaneId id, const Hyperplane<D>& rounded);
-  /// The same, faster, with the cell's columns.
+  /// Where the cell lies, found faster by its columns.
   Position position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id,
                     const Hyperplane<D>& rounded);
 

@@ -92,7 +92,7 @@ class AffineMap {
   /// @param rounding of this map.
   [[nodiscard]] Rounded map_rounded(const std::array<long double, D + 1>& local,
                                     const Rounding& rounding) const;
-  /// The same in two steps: the normal first, which all translates of this map give a covector.
+  /// The first step of mapping a covector: the normal, which is one for all translates of this map.
   struct RoundedNormal {
     std::array<long double, D> value;
     std::array<double, D> error, magnitude;
@@ -119,7 +119,7 @@ class AffineMap {
 
   /// Whether the two maps differ by a translation alone.
   [[nodiscard]] bool is_translate_of(const AffineMap& other) const;
-  /// The same for all translates.
+  /// A hash that all translates of the map have in common.
   [[nodiscard]] std::uint64_t hash_of_linear_part() const;
 
   /// The inverse map, from the model to the frame: y = matrix (x - origin).

@@ -47,11 +47,12 @@ class HyperplaneTable {
   /// `add_maps(1)` and `set_map`.
   std::uint32_t add_map(const Matrix<D>& matrix, const std::array<double, D>& lower,
                         const std::array<double, D>& upper);
-  /// The same for a primitive that may be anywhere in the model.
+  /// Adds the map of a primitive that may be anywhere in the model.
   std::uint32_t add_map(const Matrix<D>& matrix);
   /// @return index of the first one.
   std::uint32_t add_covectors(std::span<const Covector<D>> covectors);
-  /// The same; the first ones are not copied.
+  /// Adds covectors, of which the table's first ones are taken without a copy. @return index of the first
+  /// one.
   std::uint32_t add_covectors(std::vector<Covector<D>>&& covectors);
   [[nodiscard]] int orientation(std::uint32_t map) const { return maps_[map].orientation(); }
   /// Adds the hyperplanes of `count` covectors from `covector` on, placed by `map`. @return the number of the

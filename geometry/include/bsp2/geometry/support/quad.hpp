@@ -29,7 +29,7 @@ inline bool is_one(Float128 x) {
   return Float128Bits(x).bits == Float128Bits::Bits{Float128Bits::bias} << Float128Bits::fraction_size;
 }
 
-/// The same number: static_cast without a call.
+/// The number in quadruple precision: static_cast without a call.
 inline Float128 to_quad(double x) {
   using Bits = Float128Bits::Bits;
   const auto bits = std::bit_cast<std::uint64_t>(x);

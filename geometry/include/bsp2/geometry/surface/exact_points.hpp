@@ -75,7 +75,7 @@ class ExactPoints {
   int side(const PointSet& points, std::size_t point, HyperplaneId id) {
     return side(points, point, id, table_.rounded(id));
   }
-  /// The same for several points that are held against one hyperplane.
+  /// The side of a point, for several that are held against one hyperplane.
   int side(const PointSet& points, std::size_t point, HyperplaneId id, const Hyperplane<3>& rounded);
   int side(const Vertex<3>& vertex, HyperplaneId id) { return side(vertex, id, table_.rounded(id)); }
   /// The predicate of Splitter::side, for one point that is held against several hyperplanes.
@@ -84,7 +84,7 @@ class ExactPoints {
   /// Makes equal points one. Of its names the lowest one stays, so that the result depends on the set alone.
   /// @return the new index of each old point.
   std::vector<std::uint32_t> unify(PointSet& points);
-  /// The same, but points stay in the order in which they are: each in the place of the first that is equal.
+  /// Makes equal points one and leaves them in their order: each in the place of the first that is equal.
   /// @param rank gets the place of each point in an order that, of any two, depends on these alone: by
   /// `place_along` of the coordinates that stay, then by these, then by name.
   std::vector<std::uint32_t> unify_in_order(PointSet& points, std::vector<std::uint32_t>& rank);

@@ -20,7 +20,8 @@ void write_file(const std::filesystem::path& path, std::string_view bytes);
 /// The next bytes of a file, at most some megabytes; none at its end. Throws nothing.
 using Pieces = std::function<std::string_view()>;
 
-/// The same for bytes that are made piece by piece: memory that is used again is faster than new memory.
+/// Writes a file, as from bytes that are there, of pieces that are made one after the other: memory that is
+/// used again is faster than new memory.
 void write_file(const std::filesystem::path& path, const Pieces& next_piece);
 
 /// Makes a folder and its parents if they are missing. @throws bsp2::Error, also where a file of that name

@@ -79,8 +79,8 @@ Tetrahedra tetrahedra_of(const Complex& complex);
 /// decided exactly of the rounded points.
 ShapeReport shape(Tetrahedra& mesh, const ShapeOptions& options);
 
-/// The same as cells with faces, of which those on a side know their plane. @param triangle_of_face gets, for
-/// each face on a side, its place among the mesh's triangles; else none.
+/// Tetrahedra as cells with faces, of which those on a side know their plane. @param triangle_of_face gets,
+/// for each face on a side, its place among the mesh's triangles; else none.
 Complex complex_of(const Tetrahedra& mesh, std::vector<std::uint32_t>& triangle_of_face);
 
 /// How good the shapes are.

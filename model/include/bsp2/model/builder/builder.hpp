@@ -155,7 +155,8 @@ Expression minkowski(Expression a, Expression b);
 /// All points within `distance` of the operand in the maximum norm: its Minkowski sum with a cube. A negative
 /// distance shrinks: what is left are the points whose cube lies in the operand.
 Expression grow(Expression operand, double distance);
-/// The same in the Euclidean norm, as near as `ball_polytope` of so many sides is to the ball, from within.
+/// All points within `distance` of the operand in the Euclidean norm, or what is left when it shrinks, as
+/// near as `ball_polytope` of so many sides is to the ball, from within.
 Expression grow_round(Expression operand, double distance, std::uint32_t sides);
 
 /// All sums of a point of the operand and one of a polyline. Balls stay round.

@@ -35,7 +35,7 @@ struct MshFile {
 /// @param with_data read `data`, too.
 MshFile read_msh(std::string_view bytes, const std::filesystem::path& path, bool with_data = false);
 
-/// The same of a file. @throws bsp2::Error also if it cannot be read.
+/// Reads a file of versions 2.2 and 4.1. @throws bsp2::Error as for its bytes, and if it cannot be read.
 MshFile read_msh(const std::filesystem::path& path, bool with_data = false);
 
 }  // namespace bsp2::model

@@ -15,7 +15,7 @@ namespace bsp2::supersteps {
 /// @throws bsp2::Error for the user's mistakes. Source: the paper, section 4.2.
 RunResult run(const RunOptions& options, Ranks& ranks);
 
-/// The same by this process alone.
+/// Evaluates a model by this process alone.
 RunResult run(const RunOptions& options);
 
 /// Makes one output of several, so that it takes nothing else along if it fails. Collective; with several
