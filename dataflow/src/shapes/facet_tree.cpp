@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "bsp2/geometry/support/curve_order.hpp"
 
@@ -14,13 +15,18 @@ FacetTree::FacetTree(const std::vector<Box>& boxes) {
     for (std::size_t k = 0; k < 3; ++k) middle[k] = boxes[i].low[k] / 2 + boxes[i].high[k] / 2;
     return middle;
   });
-  leaves_.reserve(boxes.size());
-  for (const std::uint32_t i : order_) leaves_.push_back(boxes[i]);
   nodes_.resize(2 * std::bit_ceil((boxes.size() + most_in_leaf - 1) / most_in_leaf));
-  build({0, 0, static_cast<std::uint32_t>(order_.size())});
+  build({0, 0, static_cast<std::uint32_t>(order_.size())}, boxes);
+  for (std::size_t k = 0; k < 3; ++k) {
+    middle_[k] = nodes_[0].low[k] / 2 + nodes_[0].high[k] / 2;
+    slack_ = std::max({slack_, -0x1p-50 * nodes_[0].low[k], 0x1p-50 * nodes_[0].high[k]});
+  }
+  leaves_.reserve(boxes.size());
+  for (const std::uint32_t i : order_) leaves_.push_back(bounds_of(boxes[i]));
 }
 
-FacetTree::Box FacetTree::build(const Branch& branch) {  // depth: log2 of the number of boxes
+/// Depth: log2 of the number of boxes.
+FacetTree::Box FacetTree::build(const Branch& branch, const std::vector<Box>& boxes) {
   Box all;
   const auto add = [&](const Box& box) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -29,14 +35,33 @@ FacetTree::Box FacetTree::build(const Branch& branch) {  // depth: log2 of the n
     }
   };
   if (branch.is_leaf()) {
-    all = leaves_[branch.begin];
-    for (std::uint32_t i = branch.begin + 1; i < branch.end; ++i) add(leaves_[i]);
+    all = boxes[order_[branch.begin]];
+    for (std::uint32_t i = branch.begin + 1; i < branch.end; ++i) add(boxes[order_[i]]);
   } else {
     const auto [low, high] = branch.halves();
-    all = build(low);
-    add(build(high));
+    all = build(low, boxes);
+    add(build(high, boxes));
   }
   return nodes_[branch.node] = all;
+}
+
+/// Little more than the number.
+float FacetTree::rounded_up(double x) { return static_cast<float>(x + 0x1p-22 * std::fabs(x) + 0x1p-126); }
+
+FacetTree::Bounds FacetTree::bounds_of(const Box& box) const {
+  Bounds bounds{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    bounds.low[k] = -rounded_up(middle_[k] - box.low[k] + slack_);
+    bounds.opposite_high[k] = -rounded_up(box.high[k] - middle_[k] + slack_);
+  }
+  return bounds;
+}
+
+auto FacetTree::bounds_of_nodes() const -> std::vector<Bounds> {
+  std::vector<Bounds> bounds;
+  bounds.reserve(nodes_.size());
+  for (const Box& box : nodes_) bounds.push_back(bounds_of(box));
+  return bounds;
 }
 
 }  // namespace bsp2::dataflow

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <mutex>
 #include <span>
@@ -41,35 +42,13 @@ class FacetTree {
   }
 
   /// Calls visit(a, b) for each two facets whose boxes are not farther apart than `gap` along any axis, until
-  /// it answers false.
+  /// it answers false. It may be called for some whose boxes are a little farther apart.
   template <typename Visit>
   void visit_pairs(double gap, Visit&& visit) const {
     if (order_.empty()) return;
-    std::vector<std::array<Branch, 2>> open;
-    const Branch root{0, 0, static_cast<std::uint32_t>(order_.size())};
-    open.push_back({root, root});
-    while (!open.empty()) {
-      const auto [a, b] = open.back();
-      open.pop_back();
-      const bool same = a.node == b.node;
-      if (!same && are_apart(nodes_[a.node], nodes_[b.node], gap)) continue;
-      if (a.is_leaf() && b.is_leaf()) {
-        for (std::uint32_t i = a.begin; i < a.end; ++i)
-          for (std::uint32_t k = same ? i + 1 : b.begin; k < b.end; ++k)
-            if (!are_apart(leaves_[i], leaves_[k], gap) && !visit(order_[i], order_[k])) return;
-        continue;
-      }
-      if (same) {
-        const auto [low, high] = a.halves();
-        open.push_back({low, low});
-        open.push_back({high, high});
-        open.push_back({low, high});
-        continue;
-      }
-      const bool divides_a = b.is_leaf() || (!a.is_leaf() && a.end - a.begin >= b.end - b.begin);
-      for (const Branch& half : (divides_a ? a : b).halves())
-        open.push_back({divides_a ? half : a, divides_a ? b : half});
-    }
+    const float rounded = rounded_up(gap);
+    const Pairs<Visit> pairs{*this, bounds_of_nodes(), {rounded, rounded, rounded, rounded}, visit};
+    pairs.within({0, 0, static_cast<std::uint32_t>(order_.size())});
   }
 
  private:
@@ -86,14 +65,63 @@ class FacetTree {
   static constexpr std::uint32_t most_in_leaf = 4;
   static constexpr std::size_t most_open = 64;  ///< one more than the tree is deep is enough
 
-  static bool are_apart(const Box& a, const Box& b, double gap) {
-    for (std::size_t k = 0; k < 3; ++k)
-      if (a.low[k] > b.high[k] + gap || b.low[k] > a.high[k] + gap) return true;
-    return false;
-  }
-  Box build(const Branch& branch);
+  using Four [[gnu::vector_size(16)]] = float;
+  /// A box from the middle of all of them, rounded outward, its upper ends with the opposite sign: so two are
+  /// held against each other in a few steps without a branch. The last of four is 0.
+  struct Bounds {
+    Four low, opposite_high;
+    /// Whether two are farther apart than a gap along an axis.
+    [[nodiscard]] bool misses(const Bounds& other, const Four& gap) const {
+      const auto apart = (low + other.opposite_high > gap) | (other.low + opposite_high > gap);
+      return std::bit_cast<std::array<std::uint64_t, 2>>(apart) != std::array<std::uint64_t, 2>{};
+    }
+  };
 
-  std::vector<Box> nodes_, leaves_;  // leaves_: the facets' own, in the order of order_
+  template <typename Visit>
+  struct Pairs {
+    const FacetTree& tree;
+    std::vector<Bounds> nodes;
+    Four gap;
+    Visit& visit;
+
+    /// @return whether to go on. Depth: twice that of the tree.
+    bool within(const Branch& branch) const {
+      if (branch.is_leaf()) {
+        for (std::uint32_t i = branch.begin; i < branch.end; ++i)
+          if (!visit_those_at(i, i + 1, branch.end)) return false;
+        return true;
+      }
+      const auto [low, high] = branch.halves();
+      return within(low) && within(high) && between(low, high);
+    }
+    bool between(const Branch& a, const Branch& b) const {
+      if (nodes[a.node].misses(nodes[b.node], gap)) return true;
+      if (a.is_leaf() && b.is_leaf()) {
+        for (std::uint32_t i = a.begin; i < a.end; ++i)
+          if (!visit_those_at(i, b.begin, b.end)) return false;
+        return true;
+      }
+      const bool divides_a = b.is_leaf() || (!a.is_leaf() && a.end - a.begin >= b.end - b.begin);
+      const auto [low, high] = (divides_a ? a : b).halves();
+      return divides_a ? between(low, b) && between(high, b) : between(a, low) && between(a, high);
+    }
+    bool visit_those_at(std::uint32_t i, std::uint32_t begin, std::uint32_t end) const {
+      for (std::uint32_t k = begin; k < end; ++k)
+        if (!tree.leaves_[i].misses(tree.leaves_[k], gap) && !visit(tree.order_[i], tree.order_[k]))
+          return false;
+      return true;
+    }
+  };
+
+  Box build(const Branch& branch, const std::vector<Box>& boxes);
+  [[nodiscard]] Bounds bounds_of(const Box& box) const;
+  [[nodiscard]] std::vector<Bounds> bounds_of_nodes() const;
+  static float rounded_up(double x);
+
+  std::vector<Box> nodes_;
+  Point middle_{};              // of all boxes
+  double slack_ = 0;            // more than a difference to it is rounded by
+  std::vector<Bounds> leaves_;  // the facets' own, in the order of order_
   std::vector<std::uint32_t> order_;
 };
 
