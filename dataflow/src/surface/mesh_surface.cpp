@@ -88,9 +88,8 @@ void MeshSurface::polygon(std::uint32_t facet, geometry::Buffer<PolygonCorner>& 
     polygon.push({geometry::canonical_vertex(network_->table, planes_at(facet, k)), across(facet, k)});
 }
 
-/// As the surface will name it, where all facets around a point are part of it: by those of the lowest
-/// hyperplanes that are farthest from parallel.
-std::array<HyperplaneId, 3> MeshSurface::name_of(std::uint32_t facet, std::uint32_t corner) const {
+/// By those of the lowest hyperplanes that are farthest from parallel, as the surface does.
+MeshSurface::Name MeshSurface::name_of(std::uint32_t facet, std::uint32_t corner) const {
   constexpr std::size_t most = 8;
   constexpr double surely_independent = 0x1p-20;
   const std::uint32_t at = point(facet, corner);
@@ -107,12 +106,12 @@ std::array<HyperplaneId, 3> MeshSurface::name_of(std::uint32_t facet, std::uint3
         largest = volume;
         name = {some[i], some[j], some[k]};
       }
-  if (largest > surely_independent) return name;
+  if (largest > surely_independent) return {name, true};
   // By the first facet, of those around the point, that tells.
   const FacetCorner& first = topology_->around(at).front();
   name = planes_at(first.facet, first.number);
   std::sort(name.begin(), name.end());
-  return name;
+  return {name, false};
 }
 
 void MeshSurface::append_planes_at(std::uint32_t point, std::vector<HyperplaneId>& planes) const {

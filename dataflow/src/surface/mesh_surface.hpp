@@ -38,9 +38,14 @@ class MeshSurface {
   [[nodiscard]] geometry::HyperplaneId across(std::uint32_t facet, std::uint32_t corner) const {
     return across_[3 * std::size_t{facet} + corner];
   }
+  /// How many facets meet in a point.
+  [[nodiscard]] std::size_t facets_at(std::uint32_t point) const { return topology_->around(point).size(); }
   /// Three hyperplanes that meet in the point of a corner, ascending; the same whichever facet is asked.
-  [[nodiscard]] std::array<geometry::HyperplaneId, 3> name_of(std::uint32_t facet,
-                                                              std::uint32_t corner) const;
+  struct Name {
+    std::array<geometry::HyperplaneId, 3> planes;
+    bool is_final;  ///< as the surface names it, where all facets around the point are part of it
+  };
+  [[nodiscard]] Name name_of(std::uint32_t facet, std::uint32_t corner) const;
   /// Appends the hyperplanes that are known to meet in a point, ascending.
   void append_planes_at(std::uint32_t point, std::vector<geometry::HyperplaneId>& planes) const;
 

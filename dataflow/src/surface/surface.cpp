@@ -91,6 +91,7 @@ class Tracing {
 
   void run() {
     const std::size_t threads = std::max(1U, options_.threads);
+    across_.resize(threads + 1);
     const OperandFacets facets(network_, options_.threads, options_.share, options_.shares, stop_);
     result_.has_given_up = !facets.are_sound();
     if (stop_ || result_.has_given_up || facets.space().is_empty()) return;
@@ -99,14 +100,16 @@ class Tracing {
       regions_ =
           regions_of(tracer, std::max(least_regions * threads, facets.size() / facets_of_region), stop_);
       result_.regions = regions_.size();
+      across_[threads] = tracer.take_across();
     });
     std::vector<geometry::Skin> skins(regions_.size());
     hot_.resize(regions_.size());
     count_ = regions_.size();
-    call_on_large_stacks(threads, [&](std::size_t) { trace(facets, skins); });
+    call_on_large_stacks(threads, [&](std::size_t thread) { across_[thread] = trace(facets, skins); });
     for (geometry::Skin& skin : skins) result_.skin.append(std::exchange(skin, {}));
     result_.boxes = boxes_;
     result_.has_given_up = has_given_up_;
+    if (!stop_) add_facets_across(facets);
     if (!stop_) add_skin_of_cells(network_, std::exchange(hot_, {}), options_.threads, stop_, result_.skin);
   }
   void stop() { stop_ = true; }
@@ -122,14 +125,15 @@ class Tracing {
   const SurfaceOptions& options_;
   HyperplaneId first_added_;
   std::vector<SurfaceBox> regions_;
-  std::vector<std::vector<HotBox>> hot_;  // of each region
+  std::vector<std::vector<HotBox>> hot_;     // of each region
+  std::vector<FacetsAcrossRegions> across_;  // of each thread, and of what made the regions
   TracedSurface result_;
   std::atomic<std::size_t> next_{0}, done_{0}, count_{0};
   std::atomic<bool> stop_{false}, has_given_up_{false};
   std::atomic<std::uint64_t> boxes_{0};
 
   /// By several threads at the same time.
-  void trace(const OperandFacets& facets, std::vector<geometry::Skin>& skins) {
+  FacetsAcrossRegions trace(const OperandFacets& facets, std::vector<geometry::Skin>& skins) {
     try {
       SurfaceTracer tracer(network_, facets, stop_);
       for (std::size_t i = next_++; i < skins.size() && !stop_; i = next_++) {
@@ -139,10 +143,32 @@ class Tracing {
         ++done_;
       }
       boxes_ += tracer.boxes();
+      return tracer.take_across();
     } catch (...) {
       stop_ = true;
       throw;
     }
+  }
+
+  /// A facet is whole if it meets no other operand in any region.
+  void add_facets_across(const OperandFacets& facets) {
+    std::vector<std::uint8_t> is_touched(facets.size());
+    std::vector<WholeFacet> whole;
+    std::vector<FacetsAcrossRegions::Part> parts;
+    for (const auto& some : across_) {
+      for (const std::uint32_t facet : some.touched) is_touched[facet] = 1;
+      whole.insert(whole.end(), some.whole.begin(), some.whole.end());
+    }
+    for (const auto& some : across_)
+      for (const auto& part : some.parts) {
+        std::uint8_t& state = is_touched[part.facet.facet];
+        if (state == 1) parts.push_back(part);
+        if (state == 0) whole.push_back(part.facet);
+        if (state == 0) state = 2;  // once
+      }
+    across_.clear();
+    add_whole_facets(facets, whole, options_.threads, result_.skin);
+    call_on_large_stack([&] { SurfaceTracer(network_, facets, stop_).add_parts(parts, result_.skin); });
   }
 };
 

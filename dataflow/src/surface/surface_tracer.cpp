@@ -369,81 +369,69 @@ void SurfaceTracer::begin(const SurfaceBox& region) {
 }
 
 void SurfaceTracer::touch(std::span<const std::uint32_t> facets) {
+  if (touched_.empty()) {  // no region is at hand
+    across_.touched.insert(across_.touched.end(), facets.begin(), facets.end());
+    return;
+  }
   for (const std::uint32_t facet : facets) {
-    if (touched_.empty()) return;  // no region is at hand
     if (touched_[facet] == 0) touched_list_.push_back(facet);
     touched_[facet] = 1;
   }
 }
 
-/// Facets that meet no other operand in the region are added whole, the others box by box.
+/// Facets that meet no other operand in the region are added as a whole, the others box by box.
 void SurfaceTracer::end(geometry::Skin& skin) {
   constexpr std::uint8_t added = 2;
+  const Sides space{source_.space().low, source_.space().high};
   Polygon polygon;
   for (const Untouched& piece : untouched_) {
     std::uint8_t& state = touched_[piece.facet];
     if (state == added) continue;
-    const Sides& box = state == 0 ? region_ : boxes_of_untouched_[piece.box];
-    if (state == 0) {
-      state = added;
-      touched_list_.push_back(piece.facet);
-      if (source_.is_of_mesh(piece.facet) && is_within_region(piece.facet)) {
-        add_whole(piece.facet, piece.reversed, skin);
-        continue;
-      }
+    const WholeFacet whole{piece.facet, piece.reversed};
+    if (state != 0) {
+      add_piece(whole, boxes_of_untouched_[piece.box], polygon);
+      continue;
     }
-    if (!clip(piece.facet, box, polygon)) continue;
-    const OrientedHyperplane outward = source_.outward(piece.facet);
-    skin_.add(piece.reversed ? outward.opposite() : outward, 0, {polygon.data(), polygon.size()}, outward);
+    state = added;
+    touched_list_.push_back(piece.facet);
+    if (!source_.is_of_mesh(piece.facet) || !is_within(piece.facet, space))
+      add_piece(whole, region_, polygon);
+    else if (is_within(piece.facet, region_))
+      across_.whole.push_back(whole);
+    else
+      across_.parts.push_back({whole, region_});
   }
-  for (const std::uint32_t facet : touched_list_) touched_[facet] = 0;
-  for (std::uint32_t* number : numbered_) *number = 0;
-  numbered_.clear();
+  for (const std::uint32_t facet : touched_list_) {
+    if (touched_[facet] != added && source_.is_of_mesh(facet) && !is_within(facet, region_))
+      across_.touched.push_back(facet);
+    touched_[facet] = 0;
+  }
   touched_list_.clear();
   untouched_.clear();
   boxes_of_untouched_.clear();
   skin_.finish(skin);
 }
 
-bool SurfaceTracer::is_within_region(std::uint32_t facet) const {
+bool SurfaceTracer::is_within(std::uint32_t facet, const Sides& box) const {
   for (int axis = 0; axis < 3; ++axis) {
     const auto k = static_cast<std::size_t>(axis);
-    if (source_.low(facet, axis) <= network_.table.axis_value(axis, region_.low[k]) ||
-        source_.high(facet, axis) >= network_.table.axis_value(axis, region_.high[k]))
+    if (source_.low(facet, axis) <= network_.table.axis_value(axis, box.low[k]) ||
+        source_.high(facet, axis) >= network_.table.axis_value(axis, box.high[k]))
       return false;
   }
   return true;
 }
 
-/// A facet of a mesh as it is: its corners are points of the mesh, and have names already.
-void SurfaceTracer::add_whole(std::uint32_t facet, bool reversed, geometry::Skin& skin) {
-  const std::uint32_t index = source_.mesh_of(facet), number = source_.number_in_mesh(facet);
-  const MeshSurface& mesh = source_.mesh(index);
-  if (vertex_of_.empty()) vertex_of_.resize(source_.meshes());
-  auto& numbers = vertex_of_[index];
-  if (numbers.empty()) numbers.assign(mesh.points(), 0);
-  const OrientedHyperplane outward = source_.outward(facet);
-  const auto face = static_cast<std::uint32_t>(skin.faces.size());
-  skin.faces.push_back({reversed ? outward.opposite() : outward, 0});
-  std::array<std::uint32_t, 3> corners;
-  for (std::uint32_t k = 0; k < 3; ++k) corners[k] = vertex_of(mesh, number, k, numbers, skin);
-  for (std::uint32_t k = 0; k < 3; ++k) {
-    const std::uint32_t from = corners[k], to = corners[(k + 1) % 3];
-    skin.edges.push_back({reversed ? to : from, reversed ? from : to, face, mesh.across(number, k)});
-  }
+void SurfaceTracer::add_piece(const WholeFacet& whole, const Sides& box, Polygon& polygon) {
+  if (!clip(whole.facet, box, polygon)) return;
+  const OrientedHyperplane outward = source_.outward(whole.facet);
+  skin_.add(whole.reversed ? outward.opposite() : outward, 0, {polygon.data(), polygon.size()}, outward);
 }
 
-/// A corner as a vertex of the skin. @param numbers of the mesh's points there, and 1; 0: none yet.
-std::uint32_t SurfaceTracer::vertex_of(const MeshSurface& mesh, std::uint32_t facet, std::uint32_t corner,
-                                       std::vector<std::uint32_t>& numbers, geometry::Skin& skin) {
-  std::uint32_t& number = numbers[mesh.point(facet, corner)];
-  if (number != 0) return number - 1;
-  skin.vertices.push_back(mesh.name_of(facet, corner));
-  mesh.append_planes_at(mesh.point(facet, corner), skin.incident);
-  skin.incident_offset.push_back(static_cast<std::uint32_t>(skin.incident.size()));
-  number = static_cast<std::uint32_t>(skin.vertices.size());
-  numbered_.push_back(&number);
-  return number - 1;
+void SurfaceTracer::add_parts(std::span<const FacetsAcrossRegions::Part> parts, geometry::Skin& skin) {
+  Polygon polygon;
+  for (const auto& part : parts) add_piece(part.facet, part.region, polygon);
+  skin_.finish(skin);
 }
 
 // --- pieces ---

@@ -13,6 +13,7 @@
 #include "bsp2/geometry/surface/skin_builder.hpp"
 #include "surface/operand_facets.hpp"
 #include "surface/sided_expression.hpp"
+#include "surface/whole_facets.hpp"
 
 namespace bsp2::dataflow {
 
@@ -42,6 +43,23 @@ struct HotBox {
   std::vector<Word> program;  ///< localized
 };
 
+/// The sides of a box, or of a region.
+struct BoxSides {
+  std::array<std::uint32_t, 3> low, high;
+};
+
+/// What of facets of meshes is told when all regions are done: whether they meet other operands in any.
+struct FacetsAcrossRegions {
+  std::vector<WholeFacet> whole;  ///< these do not
+  /// A facet that meets no other operand in a region, and reaches beyond that.
+  struct Part {
+    WholeFacet facet;
+    BoxSides region;
+  };
+  std::vector<Part> parts;
+  std::vector<std::uint32_t> touched;  ///< those that do, or that end there undecided
+};
+
 /// What one thread looks for the surface with. Thread rule: one thread at a time.
 class SurfaceTracer {
  public:
@@ -58,8 +76,12 @@ class SurfaceTracer {
   [[nodiscard]] std::optional<Cut> choose_cut(const SurfaceBox& box);
   [[nodiscard]] std::array<SurfaceBox, 2> halve(const SurfaceBox& box, const Cut& cut);
 
-  /// Finds the surface in a region, box by box.
+  /// Finds the surface in a region, box by box, but for facets of meshes that meet no other operand there.
   void trace(SurfaceBox region, geometry::Skin& skin);
+  /// These, of all regions since this was last asked.
+  [[nodiscard]] FacetsAcrossRegions take_across() { return std::exchange(across_, {}); }
+  /// Adds what of facets is in their regions.
+  void add_parts(std::span<const FacetsAcrossRegions::Part> parts, geometry::Skin& skin);
   [[nodiscard]] std::uint64_t boxes() const { return boxes_; }
   /// The boxes that have been left to cells since this was last asked.
   [[nodiscard]] std::vector<HotBox> take_hot() { return std::exchange(hot_, {}); }
@@ -69,10 +91,7 @@ class SurfaceTracer {
  private:
   using Label = geometry::Label;
   using Polygon = geometry::Buffer<geometry::PolygonCorner>;
-  /// The sides of a box, or of a region.
-  struct Sides {
-    std::array<std::uint32_t, 3> low, high;
-  };
+  using Sides = BoxSides;
   /// A facet of an operand within the box at hand.
   struct Facet {
     geometry::OrientedHyperplane outward;
@@ -104,8 +123,7 @@ class SurfaceTracer {
   std::vector<Untouched> untouched_;
   std::vector<Sides> boxes_of_untouched_;
   std::vector<HotBox> hot_;
-  std::vector<std::vector<std::uint32_t>> vertex_of_;  // of each mesh and point: in the skin at hand, + 1
-  std::vector<std::uint32_t*> numbered_;               // entries of vertex_of_ that are not 0
+  FacetsAcrossRegions across_;
 
   // Of the box at hand.
   SidedExpression expression_;
@@ -144,10 +162,8 @@ class SurfaceTracer {
                                     const std::array<double, 3>& centre);
   bool clip(std::uint32_t facet, const Sides& box, Polygon& polygon);
 
-  [[nodiscard]] bool is_within_region(std::uint32_t facet) const;
-  void add_whole(std::uint32_t facet, bool reversed, geometry::Skin& skin);
-  std::uint32_t vertex_of(const MeshSurface& mesh, std::uint32_t facet, std::uint32_t corner,
-                          std::vector<std::uint32_t>& numbers, geometry::Skin& skin);
+  [[nodiscard]] bool is_within(std::uint32_t facet, const Sides& box) const;
+  void add_piece(const WholeFacet& whole, const Sides& box, Polygon& polygon);
   [[nodiscard]] bool has_mesh(const SurfaceBox& box) const;
   void leave_to_cells(const SurfaceBox& box);
   void write_whole(const SurfaceBox& box, const Word*& at, std::size_t& leaf, std::vector<Word>& to) const;

@@ -51,9 +51,6 @@ void add_up(EdgeChain& edges) {
   edges.resize(kept);
 }
 
-namespace {
-
-/// The lowest of the planes, other than `own`, that two points are known to share.
 HyperplaneId common_plane(const PointSet& points, std::uint32_t a, std::uint32_t b, HyperplaneId own) {
   const auto p = points.planes_of(a), q = points.planes_of(b);
   for (std::size_t i = 0, k = 0; i < p.size() && k < q.size();) {
@@ -66,8 +63,6 @@ HyperplaneId common_plane(const PointSet& points, std::uint32_t a, std::uint32_t
   }
   throw std::logic_error("the ends of an edge share one plane only");
 }
-
-}  // namespace
 
 void LineAdder::add_up(const PointSet& points, HyperplaneId plane, EdgeChain& edges) {
   items_.clear();

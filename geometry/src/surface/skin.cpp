@@ -18,9 +18,10 @@ void Skin::append(const Skin& other) {
   faces.insert(faces.end(), other.faces.begin(), other.faces.end());
   for (const Edge& edge : other.edges)
     edges.push_back({first_vertex + edge.from, first_vertex + edge.to, first_face + edge.face, edge.across});
+  for (const std::uint32_t vertex : other.untouched) untouched.push_back(first_vertex + vertex);
 }
 
-void Skin::weld() {
+std::vector<std::uint32_t> Skin::weld() {
   const auto order = counted_order(
       vertices.size(), [&](std::size_t i) { return vertices[i][0]; },
       [&](std::uint32_t a, std::uint32_t b) { return vertices[a] < vertices[b]; });
@@ -50,6 +51,8 @@ void Skin::weld() {
     edge.from = place[edge.from];
     edge.to = place[edge.to];
   }
+  untouched.clear();
+  return place;
 }
 
 }  // namespace bsp2::geometry

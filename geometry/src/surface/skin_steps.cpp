@@ -214,8 +214,11 @@ class Straightener {
 
 class Renaming {
  public:
-  Renaming(ExactPoints& exact, unsigned threads, PointSet& points, Skin& skin)
-      : exact_(exact), threads_(threads), points_(points), skin_(skin) {}
+  Renaming(ExactPoints& exact, unsigned threads, PointSet& points, Skin& skin,
+           std::vector<std::uint8_t> is_named)
+      : exact_(exact), threads_(threads), points_(points), skin_(skin), is_named_(std::move(is_named)) {
+    is_named_.resize(points.size());
+  }
 
   void run() {
     find_planes();
@@ -257,6 +260,7 @@ class Renaming {
   unsigned threads_;
   PointSet& points_;
   Skin& skin_;
+  std::vector<std::uint8_t> is_named_;
   std::vector<Planes> planes_;
   std::vector<std::uint32_t> end_at_;  // of each point among all_at_
   std::vector<HyperplaneId> all_at_;
@@ -265,7 +269,7 @@ class Renaming {
     planes_.resize(points_.size());
     for (const Skin::Edge& edge : skin_.edges)
       for (const std::uint32_t point : {edge.from, edge.to})
-        planes_[point].add(skin_.faces[edge.face].outward.id());
+        if (is_named_[point] == 0) planes_[point].add(skin_.faces[edge.face].outward.id());
   }
 
   void rename(std::size_t point, const std::array<HyperplaneId, 3>& name) {
@@ -330,7 +334,8 @@ class Renaming {
     std::vector<std::uint32_t> number(points_.size(), none);
     std::vector<std::pair<double, std::uint32_t>> order;  // most differ in the first coordinate
     for (std::uint32_t point = 0; point < points_.size(); ++point)
-      if (planes_[point].count > 0) order.emplace_back(points_.vertices[point].x[0], point);
+      if (planes_[point].count > 0 || is_named_[point] != 0)
+        order.emplace_back(points_.vertices[point].x[0], point);
     std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
       if (a.first != b.first) return a.first < b.first;
       const Vertex<3>&p = points_.vertices[a.second], &q = points_.vertices[b.second];
@@ -360,8 +365,9 @@ void join_straight_edges(ExactPoints& exact, unsigned threads, const PointSet& p
   skin.edges = Straightener(exact, threads, points, own_faces, skin).run();
 }
 
-void rename_points(ExactPoints& exact, unsigned threads, PointSet& points, Skin& skin) {
-  Renaming(exact, threads, points, skin).run();
+void rename_points(ExactPoints& exact, unsigned threads, PointSet& points, Skin& skin,
+                   std::vector<std::uint8_t> is_named) {
+  Renaming(exact, threads, points, skin, std::move(is_named)).run();
 }
 
 void divide_at(ExactPoints& exact, PointSet& points, std::size_t first, Skin& skin) {

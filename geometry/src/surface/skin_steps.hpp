@@ -42,7 +42,9 @@ void join_straight_edges(ExactPoints& exact, unsigned threads, const PointSet& p
 /// Gives the points names and numbers that do not depend on how the skin was found, and so their coordinates:
 /// of the planes of faces that meet in a point those three that are furthest from parallel. Points without
 /// edges are gone. The edges are sorted by face, and by their ends within one.
-void rename_points(ExactPoints& exact, unsigned threads, PointSet& points, Skin& skin);
+/// @param is_named of each point, whether it has edges, and that name already; empty: none.
+void rename_points(ExactPoints& exact, unsigned threads, PointSet& points, Skin& skin,
+                   std::vector<std::uint8_t> is_named = {});
 
 /// Divides edges at the points from `first` on, which may be the same as others.
 void divide_at(ExactPoints& exact, PointSet& points, std::size_t first, Skin& skin);

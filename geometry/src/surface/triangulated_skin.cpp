@@ -7,6 +7,7 @@
 #include "bsp2/geometry/support/interruption.hpp"
 #include "surface/no_index.hpp"
 #include "surface/skin_steps.hpp"
+#include "surface/whole_triangles.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -70,9 +71,10 @@ TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const 
   Steps steps(told);
   ExactPoints exact(table);
   sort_faces(skin);
-  skin.weld();
+  WholeTriangles whole(skin);
+  whole.renumber(skin.weld());
   PointSet points = take_points(table, threads, skin);
-  unite_points(table, points, skin);
+  whole.renumber(unite_points(table, points, skin));
   steps.begin(0.25, 0.4);
   add_up_lines(exact, threads, points, skin);
   add_up(skin.edges);
@@ -81,8 +83,8 @@ TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const 
   add_up(skin.edges);
   steps.begin(0.55, 0.7);
   join_straight_edges(exact, threads, points, skin.faces.size(), skin);
-  for (;;) {
-    rename_points(exact, threads, points, skin);
+  for (std::vector<std::uint8_t> is_named = whole.put_back(table, threads, points, skin);;) {
+    rename_points(exact, threads, points, skin, std::exchange(is_named, {}));
     const std::size_t known = points.size();
     steps.begin(0.7, 1);
     const auto triangles =

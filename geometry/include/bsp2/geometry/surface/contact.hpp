@@ -134,12 +134,15 @@ struct Skin {
   std::vector<HyperplaneId> incident;  ///< ascending for each vertex
   std::vector<Face> faces;
   std::vector<Edge> edges;
+  /// Vertices, ascending, with all around them whole triangles that nothing else of the skin meets, each with
+  /// three edges here; the vertices have the names that the surface gives them, and nobody else names them.
+  std::vector<std::uint32_t> untouched;
 
   /// Takes in the skin on other hyperplanes.
   void append(const Skin& other);
   /// Makes one of vertices that have the same name: each hyperplane through a corner of the solid has named
-  /// it for itself.
-  void weld();
+  /// it for itself. Which ones are untouched is forgotten. @return the new number of each vertex.
+  std::vector<std::uint32_t> weld();
 };
 
 /// Matches the facets on a hyperplane: where cells touch, and what of their facets is left for the boundary.

@@ -31,6 +31,9 @@ void sort_by_face(EdgeChain& edges, const Before& is_before) {
               edges.begin() + static_cast<std::ptrdiff_t>(begin[face]), is_before);
 }
 
+/// The lowest of the planes, other than `own`, that two points are known to share.
+HyperplaneId common_plane(const PointSet& points, std::uint32_t a, std::uint32_t b, HyperplaneId own);
+
 /// Adds up the edges between the same points in the same face.
 void add_up(EdgeChain& edges);
 
