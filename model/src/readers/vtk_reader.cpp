@@ -187,7 +187,13 @@ struct SizeArray {
   bool is_of_points = false;
 };
 
-/// The one that is called "size", or else the only one that has a number for each point or cell; none.
+std::string name_of(const SizeArray& array) {
+  const char* const name = array.numbers->GetName();
+  return std::string("'") + (name == nullptr ? "" : name) + "' of " +
+         (array.is_of_points ? "points" : "cells");
+}
+
+/// The one that is called "size", of points before cells, or else the only one that has a number for each.
 SizeArray size_array(vtkUnstructuredGrid* grid) {
   std::vector<SizeArray> all;
   for (const bool is_of_points : {true, false}) {
@@ -201,7 +207,11 @@ SizeArray size_array(vtkUnstructuredGrid* grid) {
       all.push_back({array, is_of_points});
     }
   }
-  return all.size() == 1 ? all.front() : SizeArray{};
+  if (all.size() == 1) return all.front();
+  if (all.empty()) throw Error("no array has one number for each point or cell");
+  std::string names;
+  for (const SizeArray& array : all) names += (names.empty() ? "" : ", ") + name_of(array);
+  throw Error("which array are the sizes? None is called 'size', and there are " + names);
 }
 
 std::array<double, 3> middle_of_cell(vtkUnstructuredGrid* grid, vtkIdType cell) {
@@ -225,8 +235,6 @@ void read_sizes(const ReadRequest& request, PartsWriter& writer) {
   vtkUnstructuredGrid* const grid = reader->GetOutput();
   if (grid->GetNumberOfPoints() == 0) fail_without("points", request.path);
   const auto [sizes, is_of_points] = size_array(grid);
-  if (sizes == nullptr)
-    throw Error("there must be an array 'size' of one number for each point or cell, or only one such array");
   const vtkIdType count = is_of_points ? grid->GetNumberOfPoints() : grid->GetNumberOfCells();
   if (sizes->GetNumberOfTuples() < count) throw Error("it is damaged: there are too few sizes");
   std::vector<std::array<double, 4>> rows;

@@ -370,7 +370,9 @@ TEST(SizeField, IsReadFromGridsOfVtk) {
   const auto expect_told = [](const std::string& bytes, const std::string& text) {
     EXPECT_NE(message_about(bytes, "a.vtu").find(text), std::string::npos) << message_about(bytes, "a.vtu");
   };
-  expect_told(grid_of_vtk(array_of_vtk("heat", "1 2 3 4"), array_of_vtk("error", "5")), "an array 'size'");
+  expect_told(grid_of_vtk(array_of_vtk("heat", "1 2 3 4"), array_of_vtk("error", "5")),
+              "None is called 'size', and there are 'heat' of points, 'error' of cells");
+  expect_told(grid_of_vtk("", ""), "no array has one number for each point or cell");
   expect_told(grid_of_vtk("", array_of_vtk("size", "0")), "the size is 0");
   expect_told("size 1", "there is no <VTKFile>");
   expect_told(grid_of_vtk("", array_of_vtk("size", "5")).substr(0, 300), "a.vtu: ");
