@@ -99,6 +99,8 @@ meshing::SizeField field_of(const std::vector<std::array<double, 4>>& rows) {
 /// Of a length in a size field of the largest: what is shorter refines what is round no further, which takes
 /// cells by its square.
 constexpr double least_share = 1.0 / 64;
+/// As much of the smallest part is absorbed if nobody says how much.
+constexpr double usual_clean = 2e-6;
 
 /// See tolerance_shares.
 std::vector<std::array<double, 4>> squared_shares(std::vector<std::array<double, 4>> rows,
@@ -132,8 +134,9 @@ class SolverMeshMaker {
     summary_.size = options_.size.value_or(options_.size_field.empty() ? extents.all / 20 : field_.largest());
     std::vector<meshing::GroupRule> rules;
     for (const std::string& text : options_.groups) rules.push_back(parse_group(text));
-    groups_.emplace(result_.part_names, part_colours(), std::move(rules), complex.points,
-                    std::max(options_.clean.value_or(1e-6 * extents.smallest_part), 1e-9 * extents.all));
+    groups_.emplace(
+        result_.part_names, part_colours(), std::move(rules), complex.points,
+        std::max(options_.clean.value_or(usual_clean * extents.smallest_part), 1e-9 * extents.all));
     options_.polyhedra ? take(std::move(complex)) : make_tetrahedra(complex);
     for (const std::string& name : groups_->empty_rules())
       made_.warnings.push_back(dashes_ + "group " + name +
@@ -159,7 +162,12 @@ class SolverMeshMaker {
   /// What is absorbed if nobody says: of what is round, what is as small as that is exact.
   [[nodiscard]] double least_size(double part) const {
     const double exact = result_.report.tolerance.value_or(0);
-    return std::max(1e-6 * part, std::min(exact, 0.01 * part));
+    return std::max(usual_clean * part, std::min(exact, 0.01 * part));
+  }
+  /// Of what is absorbed if nobody says: where corners were moved by all of it at first, no edge of good
+  /// length that refining brings near to another one could be drawn to it any more.
+  [[nodiscard]] double kept() const {
+    return options_.clean || result_.report.tolerance ? 0 : summary_.clean / 2;
   }
   /// Where what is round is more exact, less is absorbed.
   [[nodiscard]] meshing::SizeField clean_by_place() const {
@@ -219,6 +227,7 @@ class SolverMeshMaker {
     const auto start = Clock::now();
     mesh_.tetrahedra = meshing::tetrahedra_of(complex);
     meshing::ShapeOptions options{.clean = summary_.clean,
+                                  .kept = kept(),
                                   .clean_by_place = clean_by_place(),
                                   .size = summary_.size,
                                   .size_of_part = sizes_of_parts(),

@@ -28,10 +28,9 @@ std::array<Pair, 6> edges_of(const Editor::Tetrahedron& t) {
 
 class Shaping {
  public:
-  Shaping(const Tetrahedra& mesh, const ShapeOptions& options)
-      : options_(options), editor_(mesh), moved_(mesh.points.size(), 0) {}
+  Shaping(const Tetrahedra& mesh, const ShapeOptions& options) : options_(options), editor_(mesh) {}
   Shaping(const Piece& piece, const ShapeOptions& options)
-      : options_(options), editor_(piece.mesh, piece.kind), moved_(piece.moved), shared_(piece.shared) {}
+      : options_(options), editor_(piece.mesh, piece.kind), shared_(piece.shared) {}
 
   ShapeReport run() {
     report_.tetrahedra_at_first = editor_.size();
@@ -43,6 +42,7 @@ class Shaping {
       loosen();
     }
     clean();
+    forget_moves();
     if (options_.size > 0) make_good();
     absorb();
     if (options_.size > 0 && options_.true_place) place_truly();
@@ -60,12 +60,8 @@ class Shaping {
     std::vector<std::uint32_t> map;
     piece.mesh = editor_.result(map);
     piece.kind.resize(piece.mesh.points.size());
-    piece.moved.resize(piece.mesh.points.size());
     for (std::uint32_t p = 0; p < map.size(); ++p)
-      if (map[p] != Editor::none) {
-        piece.kind[map[p]] = editor_.kind(p);
-        piece.moved[map[p]] = moved_at(p);
-      }
+      if (map[p] != Editor::none) piece.kind[map[p]] = editor_.kind(p);
     for (const Piece::Shared& shared : shared_)
       piece.shared.push_back({map[shared.point], shared.of_whole, shared.wanted});
     piece.too_many = wanted_.too_many();
@@ -76,10 +72,11 @@ class Shaping {
   const ShapeOptions& options_;
   Editor editor_;
   ShapeReport report_;
-  std::vector<double> moved_;          // how far what has become this point was moved, at most
-  std::map<Pair, double> bent_;        // by edge: how far what it was was from it, at most
-  double moved_before_ = 0;            // anywhere: see clean_again
-  std::vector<Piece::Shared> shared_;  // points that stay
+  std::vector<double> moved_;                      // how far what has become this point was moved, at most
+  std::map<Pair, double> bent_;                    // by edge: how far what it was was from it, at most
+  double clean_ = options_.clean - options_.kept;  // what is shorter is absorbed for now
+  double moved_before_ = 0;                        // at any point: see forget_moves
+  std::vector<Piece::Shared> shared_;              // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
   WantedLengths wanted_{editor_, options_, shared_};
   Sizing sizing_{editor_, wanted_};
@@ -146,8 +143,7 @@ class Shaping {
 
   /// What is shorter than that there is absorbed.
   [[nodiscard]] double clean_at(const Point& place) const {
-    return options_.clean_by_place.is_empty() ? options_.clean
-                                              : std::min(options_.clean, options_.clean_by_place.at(place));
+    return options_.clean_by_place.is_empty() ? clean_ : std::min(clean_, options_.clean_by_place.at(place));
   }
   [[nodiscard]] double clean_between(std::uint32_t u, std::uint32_t v) const {
     return std::min(clean_at(editor_.point(u)), clean_at(editor_.point(v)));
@@ -226,8 +222,8 @@ class Shaping {
     const double length = editor_.length(u, v);
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)}) {
       const bool is_told = editor_.kind(from) != Editor::inside;
-      const double moved = is_told ? moved_before_ + length + moved_at(from) : 0;
-      if (std::max(length, moved) > options_.clean || std::max(length, moved) > clean_between(u, v) ||
+      const double moved = is_told ? length + moved_at(from) : 0;
+      if (std::max(length, moved) > clean_ || std::max(length, moved) > clean_between(u, v) ||
           !editor_.merge(from, to, may_leave_more))
         continue;
       if (!is_told) return true;
@@ -239,18 +235,20 @@ class Shaping {
     return false;
   }
 
-  [[nodiscard]] double moved_at(std::uint32_t p) const { return p < moved_.size() ? moved_[p] : 0; }
+  [[nodiscard]] double moved_at(std::uint32_t p) const {
+    const double since = p < moved_.size() ? moved_[p] : 0;
+    return editor_.kind(p) == Editor::inside ? since : std::max(since, moved_before_);
+  }
   void set_moved(std::uint32_t p, double length) {
     if (p >= moved_.size()) moved_.resize(editor_.point_count(), 0);
     moved_[p] = length;
   }
 
   void clean() {
-    if (!(options_.clean > 0)) return;
+    if (!(clean_ > 0)) return;
     for (int pass = 0; pass < 4; ++pass) {
       std::uint64_t changed = 0;
-      for (const auto& [u, v] :
-           sizing_.edges_where([&](double length, double) { return length < options_.clean; })) {
+      for (const auto& [u, v] : sizing_.edges_where([&](double length, double) { return length < clean_; })) {
         Interruption::check();
         if (editor_.star(u).empty() || editor_.star(v).empty() || editor_.length(u, v) > clean_between(u, v))
           continue;
@@ -261,13 +259,13 @@ class Shaping {
     }
   }
 
-  /// What refining has brought near to each other. Points are others than at first, so nobody knows how far
-  /// the surface has moved at each: nowhere more than was told. Not in pieces: what they share stays.
-  void clean_again() {
-    bent_.clear();
+  /// When points become others than those that were moved, nobody knows how far the surface has moved at
+  /// each: nowhere more than was told.
+  void forget_moves() {
     moved_before_ = report_.largest_move;
-    clean();
-    moved_before_ = 0;
+    moved_.clear();
+    bent_.clear();
+    clean_ = options_.clean;
   }
 
   /// What is thinner than is cleaned though its edges are long: three points on a line, but for that.
@@ -295,7 +293,7 @@ class Shaping {
     if (!distance || *distance > most || !editor_.is_on_surface(u, v)) return false;
     const auto before = bent_.find(edge);
     const double bent = *distance + (before == bent_.end() ? 0 : before->second),
-                 moved = moved_before_ + bent + std::max({moved_at(u), moved_at(v), moved_at(m)});
+                 moved = bent + std::max({moved_at(u), moved_at(v), moved_at(m)});
     if (moved > most) return false;
     const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
     if (!editor_.lead_through(u, v, m)) return false;
@@ -315,10 +313,6 @@ class Shaping {
   /// See Editor::arrange. What has been tried is tried once more.
   void arrange() {
     const std::vector<std::uint32_t> map = editor_.arrange();
-    std::vector<double> moved(editor_.point_count(), 0);
-    for (std::size_t p = 0; p < moved_.size(); ++p)
-      if (map[p] != Editor::none) moved[map[p]] = moved_[p];
-    moved_ = std::move(moved);
     for (Piece::Shared& shared : shared_) shared.point = map[shared.point];
     tried_.clear();
   }
@@ -333,7 +327,7 @@ class Shaping {
       work_in_pieces(counts);
     else
       refine_well();
-    clean_again();
+    clean();  // what that has brought near to each other; not in pieces: what they share stays
     finish();
     report_.detail = wanted_.detail();
     report_.too_many = std::max(report_.too_many, wanted_.too_many());
@@ -420,7 +414,6 @@ class Shaping {
     std::vector<std::uint32_t> seam;
     const Piece all = joined(whole, std::move(pieces), seam);
     editor_ = Editor(all.mesh, all.kind);
-    moved_ = all.moved;
     settle_all_but(seam);
     refine_seam(seam);
   }

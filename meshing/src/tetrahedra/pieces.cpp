@@ -42,7 +42,6 @@ class Taker {
     last = number;
     at = static_cast<std::uint32_t>(piece.mesh.points.size());
     piece.mesh.points.push_back(whole_.mesh.points[p]);
-    piece.moved.push_back(whole_.moved[p]);
     piece.kind.push_back(owners_.is_shared(p) ? Editor::shared : whole_.kind[p]);
     if (owners_.is_shared(p)) piece.shared.push_back({at, p, wanted_[p]});
     return at;
@@ -126,22 +125,20 @@ Piece joined(const Piece& whole, std::vector<Piece> pieces, std::vector<std::uin
   all.mesh.sides = whole.mesh.sides;
   constexpr std::uint32_t none = ~0U;
   std::vector<std::uint32_t> place(whole.mesh.points.size(), none);  // of what is shared
-  const auto add = [&](const Point& x, Editor::Kind kind, double moved) {
+  const auto add = [&](const Point& x, Editor::Kind kind) {
     all.mesh.points.push_back(x);
     all.kind.push_back(kind);
-    all.moved.push_back(moved);
     return static_cast<std::uint32_t>(all.mesh.points.size() - 1);
   };
   seam.clear();
   for (Piece& piece : pieces) {
     std::vector<std::uint32_t> map(piece.mesh.points.size(), none);
     for (const auto& [point, p, wanted] : piece.shared) {
-      if (place[p] == none)
-        seam.push_back(place[p] = add(whole.mesh.points[p], whole.kind[p], whole.moved[p]));
+      if (place[p] == none) seam.push_back(place[p] = add(whole.mesh.points[p], whole.kind[p]));
       map[point] = place[p];
     }
     for (std::size_t p = 0; p < map.size(); ++p)
-      if (map[p] == none) map[p] = add(piece.mesh.points[p], piece.kind[p], piece.moved[p]);
+      if (map[p] == none) map[p] = add(piece.mesh.points[p], piece.kind[p]);
     const auto put = [&](auto corners) {
       for (std::uint32_t& p : corners) p = map[p];
       return corners;

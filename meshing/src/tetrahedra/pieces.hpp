@@ -12,7 +12,6 @@ namespace bsp2::meshing {
 struct Piece {
   Tetrahedra mesh;
   std::vector<Editor::Kind> kind;  ///< of each point
-  std::vector<double> moved;       ///< how far each point was moved, at most
   /// A point that other pieces have, too.
   struct Shared {
     std::uint32_t point, of_whole;
