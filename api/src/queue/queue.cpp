@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -37,7 +38,8 @@ std::optional<double> seconds_a_unit(const fs::path& plan, const std::vector<sup
   how.budget_seconds = most;
   how.interrupted = interrupted;
   std::optional<double> known;
-  for (std::size_t count = 1; count <= regions.size(); count *= 4) {
+  int looks_left = 2;  // one may be held up by what else the machine does
+  for (std::size_t count = 1; count <= regions.size() && looks_left > 0;) {
     supersteps::Portion sample{plan, {}};
     double work = 0;
     for (std::size_t i = 0; i < count; ++i) {  // all over the list: it is in the order of work
@@ -47,8 +49,11 @@ std::optional<double> seconds_a_unit(const fs::path& plan, const std::vector<sup
     }
     const auto state = evaluator.evaluate(sample, how, unnamed);
     if (!state.is_finished) break;
-    if (state.seconds > 0) known = state.seconds / work;
-    if (state.seconds >= enough) break;
+    if (state.seconds > 0) known = std::min(known.value_or(HUGE_VAL), state.seconds / work);
+    if (state.seconds >= enough)
+      --looks_left;
+    else
+      count *= 4;
   }
   std::error_code ignored;
   fs::remove(unnamed, ignored);
