@@ -12,6 +12,7 @@
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
+#include "compile/distant_planes.hpp"
 #include "compile/facet_corners.hpp"
 #include "compile/resolve.hpp"
 #include "lowering/lowering.hpp"
@@ -384,6 +385,7 @@ class Compiler {
       return merged_facets(i, placement(i).matrix(), map_of[i], planes_of(i));
     };
     if constexpr (D == 3) keep_corners(network, facets_of, planes_of);
+    part_distant(network, map_of, planes_of);
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
       Producer<D>& producer = network.producers[i];
       if (producer.is_empty()) continue;
@@ -443,6 +445,20 @@ class Compiler {
                              std::span<OrientedHyperplane> planes) const {
     const Shape<D>& shape = shapes_[shape_of_[i]];
     return {*shape.mesh, matrix, map, shape.first_covector, planes};
+  }
+
+  /// Takes merging back for convex solids whose facets solids elsewhere represent. @param planes_of the
+  /// hyperplanes of any producer.
+  template <typename PlanesOf>
+  void part_distant(Network<D>& network, const std::vector<std::uint32_t>& map_of,
+                    const PlanesOf& planes_of) const {
+    if (!(options_.coincidence > 0)) return;
+    std::vector<PlacedPlanes<D>> solids;
+    for (std::size_t i = 0; i < network.producers.size(); ++i)
+      if (const Shape<D>& shape = shapes_[shape_of_[i]]; !network.producers[i].is_empty())
+        solids.push_back(
+            {&network.producers[i], map_of[i], shape.first_covector, planes_of(i), shape.is_convex()});
+    part_distant_planes<D>(network.table, solids, tolerance_in(network), options_.threads);
   }
 
   /// Takes merging back where corners of meshes would move, or few facets have been. @param facets_of those

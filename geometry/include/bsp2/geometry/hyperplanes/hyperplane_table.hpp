@@ -118,6 +118,10 @@ class HyperplaneTable {
   struct Source {
     std::uint32_t map, covector;
   };
+  /// Whether a hyperplane of a primitive is exactly that of the source, or the opposite one.
+  [[nodiscard]] bool is_equal(HyperplaneId id, const Source& source) const {
+    return equal(source, sources_[id], false) || equal(source, sources_[id], true);
+  }
   /// Null for hyperplanes of families and axis-parallel cuts.
   [[nodiscard]] const Source* source(HyperplaneId id) const {
     return id < sources_.size() ? &sources_[id] : nullptr;
