@@ -100,7 +100,9 @@ meshing::SizeField field_of(const std::vector<std::array<double, 4>>& rows) {
 /// cells by its square.
 constexpr double least_share = 1.0 / 64;
 /// As much of the smallest part is absorbed if nobody says how much.
-constexpr double usual_clean = 2e-6;
+constexpr double usual_clean = 1e-6;
+/// And up to so many times that where no valid mesh is found else.
+constexpr double most_clean = 16;
 
 /// See tolerance_shares.
 std::vector<std::array<double, 4>> squared_shares(std::vector<std::array<double, 4>> rows,
@@ -223,9 +225,29 @@ class SolverMeshMaker {
     take_cells(std::move(complex));
   }
 
+  /// Of a mesh in which a tetrahedron is flat nobody has any use: then more is absorbed, unless somebody has
+  /// said how much. @param volume gets that before anything has moved.
+  meshing::ShapeReport shape(const Complex& complex, meshing::ShapeOptions& options, double& volume) {
+    const double usual = options.clean;
+    for (;;) {
+      mesh_.tetrahedra = meshing::tetrahedra_of(complex);
+      volume = total(meshing::volumes_of(mesh_.tetrahedra, 0));
+      const meshing::ShapeReport shaped = meshing::shape(mesh_.tetrahedra, options);
+      const bool is_last = shaped.turned == 0 || options_.clean || 2 * options.clean > most_clean * usual;
+      if (is_last && options.clean > usual)
+        made_.notes.push_back(fmt::format(
+            "what is smaller than {:.3g} is absorbed, {:.0f} times as much as usual: with less a tetrahedron "
+            "stayed flat",
+            options.clean, options.clean / usual));
+      if (is_last) return shaped;
+      options.clean = summary_.clean *= 2;
+      options.kept = kept();
+      options.clean_by_place = clean_by_place();
+    }
+  }
+
   void make_tetrahedra(const Complex& complex) {
     const auto start = Clock::now();
-    mesh_.tetrahedra = meshing::tetrahedra_of(complex);
     meshing::ShapeOptions options{.clean = summary_.clean,
                                   .kept = kept(),
                                   .clean_by_place = clean_by_place(),
@@ -241,8 +263,8 @@ class SolverMeshMaker {
         auto place = result_.asked->on_true_surface(result_, planes, point);
         return place && diagonal(point, *place) <= far * *result_.report.tolerance ? place : std::nullopt;
       };
-    const double before = total(meshing::volumes_of(mesh_.tetrahedra, 0));
-    const meshing::ShapeReport shaped = meshing::shape(mesh_.tetrahedra, options);
+    double before = 0;
+    const meshing::ShapeReport shaped = shape(complex, options, before);
     if (shaped.turned > 0)
       throw std::runtime_error(fmt::format(
           "no valid mesh was found: of {} {} flat or turned over, since the model has details "

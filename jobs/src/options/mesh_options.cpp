@@ -65,8 +65,8 @@ void add_own_options(CLI::App& app, MeshText& text) {
       ->capture_default_str()
       ->group(group);
   app.add_option("--clean", text.clean,
-                 "absorb what is shorter, by moves of so much at most\n(default: two millionths of the "
-                 "smallest part's size; of\nwhat is round, its tolerance)")
+                 "absorb what is shorter, by moves of so much at most\n(default: a millionth of the smallest "
+                 "part's size; of what\nis round, its tolerance)")
       ->check(is_length())
       ->type_name("T")
       ->group(group);

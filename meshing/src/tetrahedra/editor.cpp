@@ -269,15 +269,7 @@ Editor::Kind Editor::find_kind(std::uint32_t p) const {
   }
   if (sides.empty()) return inside;
   // Pieces of the solid that only touch in a point keep it where it is.
-  std::vector<std::uint32_t> reached{star_[p].front()};
-  for (std::size_t i = 0; i < reached.size(); ++i)
-    for (int k = 0; k < 4; ++k) {
-      if (tetrahedra_[reached[i]].point[k] == p) continue;
-      const std::uint32_t next = beyond(reached[i], k);
-      if (next != none && std::find(reached.begin(), reached.end(), next) == reached.end())
-        reached.push_back(next);
-    }
-  if (reached.size() != star_[p].size()) return corner;
+  if (reached_around(p, star_[p].front()).size() != star_[p].size()) return corner;
   if (ends_along(p)) return on_edge;
   if (std::any_of(sides.begin(), sides.end(), [&](std::int32_t side) { return side != sides[0]; }))
     return corner;

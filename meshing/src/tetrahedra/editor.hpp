@@ -117,13 +117,16 @@ class Editor {
   /// Moves u to v, whatever they are on; as many may be turned over as before, or more if these are flat but
   /// for rounding.
   bool merge(std::uint32_t u, std::uint32_t v, bool may_leave_more);
-  /// Where a point of the tetrahedron is on one of its edges, the edge leads through the point.
-  bool attach(std::uint32_t t, double most);
+  /// Where a point of the tetrahedron is on one of its edges, the edge leads through the point. Like `merge`,
+  /// it may leave more turned over if these are flat but for rounding.
+  bool attach(std::uint32_t t, double most, bool may_leave_more);
   /// An edge that leads by a point of its tetrahedra leads through it then; as many may be turned over as
   /// before.
   bool lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m);
   /// Where two edges of the tetrahedron cross, both lead through a new point.
   bool cross_edges(std::uint32_t t, double most);
+  /// Where tetrahedra are all around one of its points twice, which merging leaves, the point becomes two.
+  bool separate(std::uint32_t t);
   /// Takes out the tetrahedron with those around it, and fills the hole from a new point inside.
   bool hollow(std::uint32_t t);
   /// Takes away a tetrahedron whose outer faces lie on its others.
@@ -216,6 +219,7 @@ class Editor {
   template <typename Try>
   bool find_inside(const std::vector<std::array<std::uint32_t, 3>>& faces, const Point& start,
                    const Try& try_it) const;
+  [[nodiscard]] std::vector<std::uint32_t> reached_around(std::uint32_t p, std::uint32_t t) const;
   bool cancel(Change& change, std::uint32_t u, std::uint32_t v, const New& tet) const;
   void divide(Change& change, std::uint32_t u, std::uint32_t v, std::uint32_t m) const;
   void set_side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t side);

@@ -136,9 +136,13 @@ class Shaping {
       if (editor_.flip_face(t, face)) return true;
     for (const std::uint32_t p : editor_.at(t).point)
       if (editor_.smooth(p) || editor_.centre(p)) return true;
-    if (mend(t) || dissolve(t) || editor_.hollow(t) || pull_apart(t)) return true;
-    return std::any_of(edges.begin(), edges.end(),
-                       [&](const Pair& edge) { return merge_either(edge[0], edge[1], true); });
+    if (editor_.separate(t) || mend(t) || dissolve(t) || editor_.hollow(t) || pull_apart(t)) return true;
+    if (std::any_of(edges.begin(), edges.end(),
+                    [&](const Pair& edge) { return merge_either(edge[0], edge[1], true); }))
+      return true;
+    if (!editor_.attach(t, clean_at(editor_.middle(t)), true)) return false;
+    ++report_.taken_away;
+    return true;
   }
 
   /// What is shorter than that there is absorbed.
@@ -152,7 +156,8 @@ class Shaping {
   /// Takes it away, and closes what that leaves open.
   bool mend(std::uint32_t t) {
     const double most = clean_at(editor_.middle(t));
-    if (!editor_.attach(t, most) && !editor_.cross_edges(t, most) && !editor_.peel(t, most)) return false;
+    if (!editor_.attach(t, most, false) && !editor_.cross_edges(t, most) && !editor_.peel(t, most))
+      return false;
     ++report_.taken_away;
     return true;
   }

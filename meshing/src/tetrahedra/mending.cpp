@@ -275,6 +275,39 @@ bool Editor::hollow(std::uint32_t t) {
   return false;
 }
 
+bool Editor::separate(std::uint32_t t) {
+  for (const std::uint32_t p : tetrahedra_[t].point) {
+    const std::vector<std::uint32_t> around = reached_around(p, t);
+    if (around.size() == star_[p].size()) continue;
+    const std::uint32_t own = add_point(points_[p], inside);
+    Change change;
+    bool is_closed = true;
+    for (const std::uint32_t s : around) {
+      New copy{tetrahedra_[s].point, tetrahedra_[s].side, tetrahedra_[s].part};
+      const auto place = static_cast<std::size_t>(tetrahedra_[s].place_of(p));
+      copy.point[place] = own;
+      for (std::size_t k = 0; k < 4; ++k) is_closed &= k == place || copy.side[k] == inner;
+      change.removed.push_back(s);
+      change.added.push_back(copy);
+    }
+    if (is_closed && apply(change)) return true;
+    drop_last_point();
+  }
+  return false;
+}
+
+/// The tetrahedra at a point that faces at it join to one of them.
+std::vector<std::uint32_t> Editor::reached_around(std::uint32_t p, std::uint32_t t) const {
+  std::vector<std::uint32_t> reached{t};
+  for (std::size_t i = 0; i < reached.size(); ++i)
+    for (int k = 0; k < 4; ++k) {
+      if (tetrahedra_[reached[i]].point[static_cast<std::size_t>(k)] == p) continue;
+      const std::uint32_t next = beyond(reached[i], k);
+      if (next != none && std::ranges::find(reached, next) == reached.end()) reached.push_back(next);
+    }
+  return reached;
+}
+
 bool Editor::merge(std::uint32_t u, std::uint32_t v, bool may_leave_more) {
   Change change;
   change.removed.assign(star_[u].begin(), star_[u].end());
@@ -370,7 +403,7 @@ bool Editor::lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m) {
   return is_better(change, Gain::no_more) && apply(change);
 }
 
-bool Editor::attach(std::uint32_t t, double most) {
+bool Editor::attach(std::uint32_t t, double most, bool may_leave_more) {
   const auto points = tetrahedra_[t].point;
   for (const std::uint32_t m : points)
     for (const std::uint32_t u : points)
@@ -380,7 +413,7 @@ bool Editor::attach(std::uint32_t t, double most) {
         if (!distance || *distance > most) continue;
         Change change;
         divide(change, u, v, m);
-        if (is_better(change, Gain::less) && apply(change)) return true;
+        if (is_better(change, may_leave_more ? Gain::none_deeper : Gain::less) && apply(change)) return true;
       }
   return false;
 }
