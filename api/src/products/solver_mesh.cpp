@@ -102,7 +102,7 @@ constexpr double least_share = 1.0 / 64;
 /// As much of the smallest part is absorbed if nobody says how much.
 constexpr double usual_clean = 1e-6;
 /// And up to so many times that where no valid mesh is found else.
-constexpr double most_clean = 16;
+constexpr double most_times = 16;
 
 /// See tolerance_shares.
 std::vector<std::array<double, 4>> squared_shares(std::vector<std::array<double, 4>> rows,
@@ -133,12 +133,12 @@ class SolverMeshMaker {
     summary_.polyhedra = options_.polyhedra || options_.dual;
     const Extents extents(complex);
     summary_.clean = options_.clean.value_or(least_size(extents.smallest_part));
+    most_clean_ = most_times * usual_clean * extents.smallest_part;
     summary_.size = options_.size.value_or(options_.size_field.empty() ? extents.all / 20 : field_.largest());
     std::vector<meshing::GroupRule> rules;
     for (const std::string& text : options_.groups) rules.push_back(parse_group(text));
-    groups_.emplace(
-        result_.part_names, part_colours(), std::move(rules), complex.points,
-        std::max(options_.clean.value_or(usual_clean * extents.smallest_part), 1e-9 * extents.all));
+    groups_.emplace(result_.part_names, part_colours(), std::move(rules), complex.points,
+                    std::max(options_.clean.value_or(most_clean_), 1e-9 * extents.all));
     options_.polyhedra ? take(std::move(complex)) : make_tetrahedra(complex);
     for (const std::string& name : groups_->empty_rules())
       made_.warnings.push_back(dashes_ + "group " + name +
@@ -160,6 +160,7 @@ class SolverMeshMaker {
   io::SolverMesh& mesh_ = made_.mesh;
   const meshing::SizeField field_ = field_of(options_.size_field);
   std::optional<meshing::Groups> groups_;
+  double most_clean_ = 0;  // if nobody says how much
 
   /// What is absorbed if nobody says: of what is round, what is as small as that is exact.
   [[nodiscard]] double least_size(double part) const {
@@ -169,7 +170,7 @@ class SolverMeshMaker {
   /// Of what is absorbed if nobody says: where corners were moved by all of it at first, no edge of good
   /// length that refining brings near to another one could be drawn to it any more.
   [[nodiscard]] double kept() const {
-    return options_.clean || result_.report.tolerance ? 0 : summary_.clean / 2;
+    return options_.clean || result_.report.tolerance || summary_.size == 0 ? 0 : summary_.clean / 2;
   }
   /// Where what is round is more exact, less is absorbed.
   [[nodiscard]] meshing::SizeField clean_by_place() const {
@@ -233,7 +234,7 @@ class SolverMeshMaker {
       mesh_.tetrahedra = meshing::tetrahedra_of(complex);
       volume = total(meshing::volumes_of(mesh_.tetrahedra, 0));
       const meshing::ShapeReport shaped = meshing::shape(mesh_.tetrahedra, options);
-      const bool is_last = shaped.turned == 0 || options_.clean || 2 * options.clean > most_clean * usual;
+      const bool is_last = shaped.turned == 0 || options_.clean || !(2 * options.clean <= most_clean_);
       if (is_last && options.clean > usual)
         made_.notes.push_back(fmt::format(
             "what is smaller than {:.3g} is absorbed, {:.0f} times as much as usual: with less a tetrahedron "

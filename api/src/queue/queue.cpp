@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -38,8 +37,8 @@ std::optional<double> seconds_a_unit(const fs::path& plan, const std::vector<sup
   how.budget_seconds = most;
   how.interrupted = interrupted;
   std::optional<double> known;
-  int looks_left = 2;  // one may be held up by what else the machine does
-  for (std::size_t count = 1; count <= regions.size() && looks_left > 0;) {
+  int looks = 0;  // at the regions that are enough: one may be held up by what else the machine does
+  for (std::size_t count = 1; count <= regions.size() && looks < 2;) {
     supersteps::Portion sample{plan, {}};
     double work = 0;
     for (std::size_t i = 0; i < count; ++i) {  // all over the list: it is in the order of work
@@ -49,9 +48,10 @@ std::optional<double> seconds_a_unit(const fs::path& plan, const std::vector<sup
     }
     const auto state = evaluator.evaluate(sample, how, unnamed);
     if (!state.is_finished) break;
-    if (state.seconds > 0) known = std::min(known.value_or(HUGE_VAL), state.seconds / work);
-    if (state.seconds >= enough)
-      --looks_left;
+    const double found = state.seconds / work;
+    if (found > 0) known = looks > 0 ? std::min(*known, found) : found;
+    if (looks > 0 || state.seconds >= enough)
+      ++looks;
     else
       count *= 4;
   }

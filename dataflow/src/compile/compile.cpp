@@ -452,7 +452,10 @@ class Compiler {
   template <typename PlanesOf>
   void part_distant(Network<D>& network, const std::vector<std::uint32_t>& map_of,
                     const PlanesOf& planes_of) const {
-    if (!(options_.coincidence > 0)) return;
+    const bool has_any = std::ranges::any_of(shape_of_, [&](std::uint32_t shape) {
+      return shapes_[shape].is_convex() && shapes_[shape].covector_count >= facets_to_part;
+    });
+    if (!(options_.coincidence > 0) || !has_any) return;
     std::vector<PlacedPlanes<D>> solids;
     for (std::size_t i = 0; i < network.producers.size(); ++i)
       if (const Shape<D>& shape = shapes_[shape_of_[i]]; !network.producers[i].is_empty())

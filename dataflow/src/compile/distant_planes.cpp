@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "bsp2/geometry/support/dimensions.hpp"
@@ -13,11 +14,8 @@ namespace {
 using geometry::HyperplaneTable;
 using geometry::OrientedHyperplane;
 
-/// Solids of fewer facets are cut as they are.
-constexpr std::size_t many_facets = 64;
-/// Of a solid the share of facets that others represent by chance is no greater; where it is, the model was
-/// built so.
-constexpr double most_by_chance = 1.0 / 4;
+/// What more have in common was meant so; and each is held against all.
+constexpr std::size_t most_users = 1024;
 
 template <int D>
 class DistantPlanes {
@@ -27,7 +25,7 @@ class DistantPlanes {
 
   void part(unsigned threads) {
     for (std::uint32_t i = 0; i < solids_.size(); ++i)
-      if (solids_[i].is_convex && solids_[i].planes.size() >= many_facets) add(i);
+      if (solids_[i].is_convex && solids_[i].planes.size() >= facets_to_part) add(i);
     if (asked_.empty()) return;
     find_users();
     std::vector<std::vector<std::uint32_t>> parted(asked_.size());
@@ -54,6 +52,10 @@ class DistantPlanes {
   std::vector<std::uint32_t> asked_;  // solids, facets of which others represent
   std::vector<bool> is_asked_;        // by hyperplane: whether it represents one of these
   std::vector<User> users_;           // of these hyperplanes, ascending
+  std::vector<std::pair<geometry::HyperplaneId, std::uint64_t>> marks_;  // of these hyperplanes, ascending
+
+  /// Where others represent more facets of a solid, the model was built so.
+  static std::size_t most_by_chance(const PlacedPlanes<D>& solid) { return solid.planes.size() / 2; }
 
   using Source = typename HyperplaneTable<D>::Source;
   static Source source_of(const PlacedPlanes<D>& solid, std::size_t facet) {
@@ -63,12 +65,15 @@ class DistantPlanes {
     return table_.source(solid.planes[facet].id())->map == solid.map;
   }
 
+  /// If few of its facets are others', of which it may be that all are equal.
   void add(std::uint32_t i) {
     const PlacedPlanes<D>& solid = solids_[i];
-    bool has_any = false;
+    std::size_t count = 0;
+    for (std::size_t facet = 0; facet < solid.planes.size(); ++facet) count += is_own(solid, facet) ? 0 : 1;
+    if (count == 0 || count > most_by_chance(solid)) return;
+    asked_.push_back(i);
     for (std::size_t facet = 0; facet < solid.planes.size(); ++facet)
-      if (!is_own(solid, facet)) has_any = is_asked_[solid.planes[facet].id()] = true;
-    if (has_any) asked_.push_back(i);
+      if (!is_own(solid, facet)) is_asked_[solid.planes[facet].id()] = true;
   }
 
   void find_users() {
@@ -76,32 +81,51 @@ class DistantPlanes {
       for (const OrientedHyperplane plane : solids_[i].planes)
         if (is_asked_[plane.id()]) users_.push_back({plane.id(), i});
     std::ranges::sort(users_);
+    typename HyperplaneTable<D>::Marks mark_of(table_);
+    for (const User& user : users_)
+      if (marks_.empty() || marks_.back().first != user.id)
+        marks_.emplace_back(user.id, mark_of(*table_.source(user.id)));
   }
 
-  [[nodiscard]] bool are_near(std::uint32_t a, std::uint32_t b) const {
-    Box<D> around = *solids_[a].box;
-    for (int i = 0; i < D; ++i) {
-      around.lower[i] -= tolerance_;
-      around.upper[i] += tolerance_;
+  /// Whether one that represents a facet surely is another one. @param mark of the facet's own.
+  [[nodiscard]] bool differs(geometry::HyperplaneId id, std::uint64_t mark) const {
+    const std::uint64_t other =
+        std::ranges::lower_bound(marks_, id, {}, [](const auto& m) { return m.first; })->second;
+    return mark != 0 && other != 0 && mark != other;
+  }
+
+  /// Where solids are that are near to one.
+  [[nodiscard]] Box<D> around(std::uint32_t i) const {
+    Box<D> box = *solids_[i].box;
+    for (int axis = 0; axis < D; ++axis) {
+      box.lower[axis] -= tolerance_;
+      box.upper[axis] += tolerance_;
     }
-    return !around.misses(*solids_[b].box);
+    return box;
   }
 
   /// The facets of a solid that are to be parted.
   [[nodiscard]] std::vector<std::uint32_t> distant(std::uint32_t i) const {
     const PlacedPlanes<D>& solid = solids_[i];
+    const Box<D> near = around(i);
+    typename HyperplaneTable<D>::Marks mark_of(table_);
     std::vector<std::uint32_t> result;
     for (std::uint32_t facet = 0; facet < solid.planes.size(); ++facet) {
       if (is_own(solid, facet)) continue;
-      const auto users = std::ranges::equal_range(users_, solid.planes[facet].id(), {}, &User::id);
-      if (std::ranges::any_of(users,
-                              [&](const User& user) { return user.solid != i && are_near(i, user.solid); }))
-        continue;
-      if (!table_.is_equal(solid.planes[facet].id(), source_of(solid, facet))) result.push_back(facet);
+      const geometry::HyperplaneId id = solid.planes[facet].id();
+      if (differs(id, mark_of(source_of(solid, facet))) && is_alone(i, id, near)) result.push_back(facet);
     }
-    if (static_cast<double>(result.size()) > most_by_chance * static_cast<double>(solid.planes.size()))
-      result.clear();
     return result;
+  }
+
+  /// Whether a solid has a hyperplane once, and none near it has it.
+  [[nodiscard]] bool is_alone(std::uint32_t i, geometry::HyperplaneId id, const Box<D>& near) const {
+    const auto users = std::ranges::equal_range(users_, id, {}, &User::id);
+    if (users.size() > most_users) return false;
+    int own = 0;
+    return std::ranges::none_of(users, [&](const User& user) {
+      return user.solid == i ? ++own > 1 : !near.misses(*solids_[user.solid].box);
+    });
   }
 };
 

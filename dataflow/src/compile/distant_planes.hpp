@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -7,6 +8,9 @@
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
 
 namespace bsp2::dataflow {
+
+/// Solids of fewer facets are cut as they are.
+inline constexpr std::size_t facets_to_part = 64;
 
 /// A solid in the model, and the hyperplanes that represent its facets since `merge`.
 template <int D>

@@ -40,7 +40,8 @@ struct Shape {
   const model::Preimage* preimage = nullptr;
   bool undecided = false;
   [[nodiscard]] bool is_spline() const { return spline != nullptr || subdivision != nullptr; }
-  /// Whether it is where all of its half-spaces are.
+  /// Whether it is where all of its half-spaces are; of a lathe there are more hyperplanes, which bound
+  /// nothing.
   [[nodiscard]] bool is_convex() const { return !is_round() && !(mesh && !mesh->convex); }
   [[nodiscard]] bool is_round() const { return place_round || is_spline() || preimage != nullptr; }
 };

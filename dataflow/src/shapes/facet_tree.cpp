@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "bsp2/geometry/support/curve_order.hpp"
 
@@ -46,7 +47,12 @@ FacetTree::Box FacetTree::build(const Branch& branch, const std::vector<Box>& bo
 }
 
 /// Little more than the number.
-float FacetTree::rounded_up(double x) { return static_cast<float>(x + 0x1p-22 * std::fabs(x) + 0x1p-126); }
+float FacetTree::rounded_up(double x) {
+  constexpr float most = std::numeric_limits<float>::max();
+  const double above = x + 0x1p-22 * std::fabs(x) + 0x1p-126;
+  if (above > most) return std::numeric_limits<float>::infinity();
+  return above < -most ? -most : static_cast<float>(above);
+}
 
 FacetTree::Bounds FacetTree::bounds_of(const Box& box) const {
   Bounds bounds{};

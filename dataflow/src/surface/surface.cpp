@@ -100,8 +100,10 @@ class Tracing {
       regions_ =
           regions_of(tracer, std::max(least_regions * threads, facets.size() / facets_of_region), stop_);
       result_.regions = regions_.size();
+      result_.has_given_up = tracer.has_given_up();
       across_[threads] = tracer.take_across();
     });
+    if (result_.has_given_up) return;
     std::vector<geometry::Skin> skins(regions_.size());
     hot_.resize(regions_.size());
     count_ = regions_.size();

@@ -427,6 +427,14 @@ std::uint32_t HyperplaneTable<D>::add_hyperplane(const Occurrence& occurrence) {
   return id;
 }
 
+template <int D>
+std::uint64_t HyperplaneTable<D>::Marks::operator()(const Source& source) {
+  const AffineMap<D>& map = table_.maps_[source.map];
+  if (source.map != last_map_) residues_ = map.residues();
+  last_map_ = source.map;
+  return map.mark(table_.covectors_[source.covector], residues_);
+}
+
 /// Hyperplanes by the marks of their covectors: those that are equal have the same one, so that there are
 /// many and very near to each other costs nothing.
 template <int D>
@@ -462,10 +470,10 @@ class HyperplaneTable<D>::Equals {
       return found ? *found : oriented(table_.add_hyperplane({&rounded, source}), false);
     }
     if (!has_all_) {
-      for (std::uint32_t id = 0; id < table_.sources_.size(); ++id) add(id, mark_of(table_.sources_[id]));
+      for (std::uint32_t id = 0; id < table_.sources_.size(); ++id) add(id, mark_of_(table_.sources_[id]));
       has_all_ = true;
     }
-    return code({&rounded, source}, mark_of(source));
+    return code({&rounded, source}, mark_of_(source));
   }
 
  private:
@@ -473,15 +481,7 @@ class HyperplaneTable<D>::Equals {
   HashIndex by_mark_;
   std::size_t asked_ = 0;
   bool has_all_ = false;
-  std::uint32_t last_map_ = Stretch::none;  // whose residues are known
-  typename AffineMap<D>::Residues residues_;
-
-  std::uint64_t mark_of(const Source& source) {
-    const AffineMap<D>& map = table_.maps_[source.map];
-    if (source.map != last_map_) residues_ = map.residues();
-    last_map_ = source.map;
-    return map.mark(table_.covectors_[source.covector], residues_);
-  }
+  Marks mark_of_{table_};
 
   /// Equal hyperplanes have the same value everywhere in space: at a point that hardly any passes through.
   [[nodiscard]] std::optional<OrientedHyperplane> find_in_table(const Occurrence& occurrence) const {

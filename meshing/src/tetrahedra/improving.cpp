@@ -17,6 +17,8 @@ namespace {
 // Shapes (`shape_of`): up to where the points that there are are arranged anew, below what new ones are worth
 // it, and what a collapse may leave at first.
 constexpr double very_good = 0.6, good = 0.35, fair = 0.2;
+/// Of what is cleaned: what is so near to an edge is on it, but for rounding.
+constexpr double as_good_as_on = 1e-3;
 
 using geometry::Interruption;
 using Pair = Sizing::Pair;
@@ -93,7 +95,7 @@ class Shaping {
   void absorb() {
     for (int pass = 0; pass < 12; ++pass) {
       std::uint64_t left = 0, changed = 0;
-      for (std::uint32_t t = 0; t < editor_.size(); ++t) {
+      for (std::uint32_t t = 0, end = static_cast<std::uint32_t>(editor_.size()); t < end; ++t) {
         if (editor_.at(t).is_gone() || editor_.at(t).shape > 0) continue;
         Interruption::check();
         ++left;
@@ -140,7 +142,7 @@ class Shaping {
     if (std::any_of(edges.begin(), edges.end(),
                     [&](const Pair& edge) { return merge_either(edge[0], edge[1], true); }))
       return true;
-    if (!editor_.attach(t, clean_at(editor_.middle(t)), true)) return false;
+    if (!editor_.attach(t, as_good_as_on * clean_at(editor_.middle(t)), true)) return false;
     ++report_.taken_away;
     return true;
   }
@@ -191,7 +193,7 @@ class Shaping {
           for (std::size_t axis = 0; axis < 3; ++axis) to[axis] += side * across[axis];
           if (!(length > 0) || !editor_.nudge(p, to)) continue;
           if (editor_.kind(p) != Editor::inside) {
-            if (moved_at(p) == 0) ++report_.moved_points;
+            if (p >= moved_.size() || moved_[p] == 0) ++report_.moved_points;
             set_moved(p, moved_at(p) + length);
             report_.largest_move = std::max(report_.largest_move, moved_at(p));
           }

@@ -74,5 +74,18 @@ TEST(DistantPlanes, AreMergedWhereSolidsAreNear) {
   }
 }
 
+/// A disc that is thinner than the tolerance is left out, whose plane a box elsewhere has or not.
+TEST(DistantPlanes, DoNotGiveThinSolidsTwoSides) {
+  const auto disc = [](double at) {
+    return model::transform(moved({9, 0, at}), model::cylinder(1e-12, 1, 1, 64));
+  };
+  const auto box = model::cuboid({1, 1, 0.3});
+  for (const double at : {0.1 * 3, 0.7}) {
+    const Network<3> network = compile<3>(model::unite({box, disc(at)}), {});
+    EXPECT_EQ(network.warnings.size(), 1U);
+    EXPECT_EQ(network.producers[0].is_empty() + network.producers[1].is_empty(), 1);
+  }
+}
+
 }  // namespace
 }  // namespace bsp2::dataflow

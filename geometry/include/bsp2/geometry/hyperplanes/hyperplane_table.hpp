@@ -118,10 +118,9 @@ class HyperplaneTable {
   struct Source {
     std::uint32_t map, covector;
   };
-  /// Whether a hyperplane of a primitive is exactly that of the source, or the opposite one.
-  [[nodiscard]] bool is_equal(HyperplaneId id, const Source& source) const {
-    return equal(source, sources_[id], false) || equal(source, sources_[id], true);
-  }
+  /// Numbers that are the same for hyperplanes that are equal, or opposite, and hardly ever for others; 0 of
+  /// what is none.
+  class Marks;
   /// Null for hyperplanes of families and axis-parallel cuts.
   [[nodiscard]] const Source* source(HyperplaneId id) const {
     return id < sources_.size() ? &sources_[id] : nullptr;
@@ -225,6 +224,20 @@ class HyperplaneTable {
   [[nodiscard]] double window(const Extent& extent, double tolerance) const;
   [[nodiscard]] double bucket(double tolerance) const;
   std::uint32_t add_hyperplane(const Occurrence& occurrence);
+};
+
+/// Thread rule: one thread at a time; several that each have their own.
+template <int D>
+class HyperplaneTable<D>::Marks {
+ public:
+  explicit Marks(const HyperplaneTable& table) : table_(table) {}
+  /// Takes longer where the source's map is not that of the one before.
+  std::uint64_t operator()(const Source& source);
+
+ private:
+  const HyperplaneTable& table_;
+  std::uint32_t last_map_ = ~std::uint32_t{0};  // whose residues are known
+  typename AffineMap<D>::Residues residues_;
 };
 
 template <int D>
