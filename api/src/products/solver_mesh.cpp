@@ -167,11 +167,6 @@ class SolverMeshMaker {
     const double exact = result_.report.tolerance.value_or(0);
     return std::max(usual_clean * part, std::min(exact, 0.01 * part));
   }
-  /// Of what is absorbed if nobody says: where corners were moved by all of it at first, no edge of good
-  /// length that refining brings near to another one could be drawn to it any more.
-  [[nodiscard]] double kept() const {
-    return options_.clean || result_.report.tolerance || summary_.size == 0 ? 0 : summary_.clean / 2;
-  }
   /// Where what is round is more exact, less is absorbed.
   [[nodiscard]] meshing::SizeField clean_by_place() const {
     if (options_.clean || !result_.report.tolerance_by_place || options_.size_field.empty()) return {};
@@ -242,7 +237,6 @@ class SolverMeshMaker {
             options.clean, options.clean / usual));
       if (is_last) return shaped;
       options.clean = summary_.clean *= 2;
-      options.kept = kept();
       options.clean_by_place = clean_by_place();
     }
   }
@@ -250,7 +244,6 @@ class SolverMeshMaker {
   void make_tetrahedra(const Complex& complex) {
     const auto start = Clock::now();
     meshing::ShapeOptions options{.clean = summary_.clean,
-                                  .kept = kept(),
                                   .clean_by_place = clean_by_place(),
                                   .size = summary_.size,
                                   .size_of_part = sizes_of_parts(),

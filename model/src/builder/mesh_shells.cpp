@@ -7,9 +7,9 @@
 #include <span>
 #include <utility>
 
+#include "bsp2/geometry/support/box_tree.hpp"
 #include "bsp2/geometry/support/disjoint_sets.hpp"
 #include "builder/polyhedron.hpp"
-#include "mesh/box_tree.hpp"
 #include "mesh/mesh_line.hpp"
 
 namespace bsp2::model {
@@ -49,9 +49,9 @@ void for_each_edge(const TriangleMesh& mesh, Visit&& visit) {
 }
 
 /// The line along an axis through a point seen along it.
-Box3 line_along(int axis, const Point2& at) {
+geometry::Box3 line_along(int axis, const Point2& at) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  Box3 line{{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
+  geometry::Box3 line{{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
   const auto u = static_cast<std::size_t>(axis + 1) % 3, v = static_cast<std::size_t>(axis + 2) % 3;
   line.low[u] = line.high[u] = at.u;
   line.low[v] = line.high[v] = at.v;
@@ -105,7 +105,7 @@ class ShellTurner {
     std::vector<std::size_t> at(ends_.begin(), ends_.end() - 1);
     for (std::uint32_t i = 0; i < shells_.of.size(); ++i) triangles_[at[shells_.of[i]]++] = i;
     for (std::uint32_t shell = 0; shell < shells_.count; ++shell) {
-      Box3 box = tree_[triangles_[ends_[shell]]];
+      geometry::Box3 box = tree_[triangles_[ends_[shell]]];
       for (const std::uint32_t i : triangles_of(shell)) box.unite(tree_[i]);
       shell_boxes_.push_back(box);
     }
@@ -206,10 +206,10 @@ class ShellTurner {
 
   TriangleMesh& mesh_;
   const Shells shells_;
-  const BoxTree tree_;
+  const geometry::BoxTree tree_;
   std::vector<std::size_t> ends_;
   std::vector<std::uint32_t> triangles_;
-  std::vector<Box3> shell_boxes_;
+  std::vector<geometry::Box3> shell_boxes_;
   std::vector<Beside> beside_;
   std::vector<std::uint32_t> slots_;  ///< where each shell stands among those of a line, if it is there
   std::size_t work_ = 0;              ///< triangles that lines were tried on
@@ -232,13 +232,13 @@ class SideFinder {
     if (!at) return std::nullopt;
     // A shell that winds around it reaches around all of its shell. Others need not be looked at, be there a
     // lot of them on the line.
-    const Box3& own = shell_tree_[shells_.of[triangle]];
-    Box3 reach = own;
+    const geometry::Box3& own = shell_tree_[shells_.of[triangle]];
+    geometry::Box3 reach = own;
     shell_tree_.visit_meeting(own, [&](std::uint32_t shell) {
       if (shell_tree_[shell].contains(own)) reach.unite(shell_tree_[shell]);
       return false;
     });
-    Box3 line = line_along(axis, *at);
+    geometry::Box3 line = line_along(axis, *at);
     const auto k = static_cast<std::size_t>(axis);
     line.low[k] = reach.low[k];
     line.high[k] = reach.high[k];
@@ -257,21 +257,21 @@ class SideFinder {
   }
 
  private:
-  [[nodiscard]] std::vector<Box3> boxes_of_shells() const {
-    std::vector<std::optional<Box3>> united(shells_.count);
+  [[nodiscard]] std::vector<geometry::Box3> boxes_of_shells() const {
+    std::vector<std::optional<geometry::Box3>> united(shells_.count);
     for (std::uint32_t i = 0; i < shells_.of.size(); ++i)
       if (auto& box = united[shells_.of[i]])
         box->unite(tree_[i]);
       else
         box = tree_[i];
-    std::vector<Box3> boxes;
+    std::vector<geometry::Box3> boxes;
     for (const auto& box : united) boxes.push_back(*box);
     return boxes;
   }
 
   const TriangleMesh& mesh_;
   const Shells& shells_;
-  const BoxTree tree_, shell_tree_;
+  const geometry::BoxTree tree_, shell_tree_;
 };
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mesh/box_tree.hpp"
+#include "bsp2/geometry/support/box_tree.hpp"
 #include "mesh/mesh_triangulation.hpp"
 
 namespace bsp2::model {
@@ -52,13 +52,13 @@ bool touch(const Plane& points, const std::array<std::uint32_t, 2>& e,
 bool is_simple(const Plane& points, std::span<const std::uint32_t> cycle) {
   const auto n = static_cast<std::uint32_t>(cycle.size());
   const auto edge = [&](std::uint32_t i) { return std::array{cycle[i], cycle[(i + 1) % n]}; };
-  std::vector<Box3> boxes(n);
+  std::vector<geometry::Box3> boxes(n);
   for (std::uint32_t i = 0; i < n; ++i) {
     const auto &p = points[edge(i)[0]], &q = points[edge(i)[1]];
     boxes[i] = {{p[0], p[1], 0}, {p[0], p[1], 0}};
     boxes[i].unite({{q[0], q[1], 0}, {q[0], q[1], 0}});
   }
-  const BoxTree tree(std::move(boxes));
+  const geometry::BoxTree tree(std::move(boxes));
   const auto touches_another = [&](std::uint32_t i) {
     return tree.visit_meeting(tree[i], [&](std::uint32_t j) {
       return j + 1 < i && (j + n != i + 1) && touch(points, edge(i), edge(j));

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "bsp2/geometry/support/box_tree.hpp"
 #include "bsp2/geometry/support/disjoint_sets.hpp"
 #include "bsp2/model/mesh/cleaning.hpp"
-#include "mesh/box_tree.hpp"
 #include "mesh/mesh_crossing.hpp"
 #include "mesh/surface_cleaner.hpp"
 
@@ -34,13 +34,13 @@ bool is_clean(const TriangleSurface& surface, const CleanLength& length) {
 std::optional<MeshCrossing> crossing_of(const TriangleSurface& surface, const std::vector<Index>& some,
                                         unsigned threads) {
   const auto box_of = [&](const Triangle& t) {
-    Box3 box{surface.points[t[0]], surface.points[t[0]]};
+    geometry::Box3 box{surface.points[t[0]], surface.points[t[0]]};
     for (const Index corner : t) box.unite({surface.points[corner], surface.points[corner]});
     return box;
   };
-  std::vector<Box3> boxes;
+  std::vector<geometry::Box3> boxes;
   for (const Index i : some) boxes.push_back(box_of(surface.triangles[i]));
-  const BoxTree tree(std::move(boxes));
+  const geometry::BoxTree tree(std::move(boxes));
   TriangleMesh near;
   near.points = surface.points;
   for (const Triangle& t : surface.triangles)

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "bsp2/geometry/support/box_tree.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
-#include "mesh/box_tree.hpp"
 #include "mesh/mesh_line.hpp"
 #include "text/csg_arguments.hpp"
 
@@ -24,7 +24,7 @@ using Corners = std::array<std::uint32_t, 3>;
 /// Finds crossings among pairs of triangles; several finders may share the work on one mesh.
 class CrossingFinder {
  public:
-  CrossingFinder(const TriangleMesh& mesh, const BoxTree& tree) : mesh_(mesh), tree_(tree) {}
+  CrossingFinder(const TriangleMesh& mesh, const geometry::BoxTree& tree) : mesh_(mesh), tree_(tree) {}
 
   /// The first one in the order of the triangles: where an edge goes through a triangle or two lie in one
   /// plane, and where there is none of these, of triangles that go through each other only along edges and
@@ -44,7 +44,7 @@ class CrossingFinder {
   }
   /// Whether there is any where branch k meets itself or later ones, in the order of the tree: that is twice
   /// as fast.
-  bool any(std::span<const BoxTree::Branch> branches, std::size_t k) {
+  bool any(std::span<const geometry::BoxTree::Branch> branches, std::size_t k) {
     return tree_.visit_meeting_pairs(branches, k, [&](std::uint32_t i, std::uint32_t j) {
       const Sides of_j = sides(j, i);
       if (is_beside(i, j, of_j)) return false;
@@ -240,7 +240,7 @@ class CrossingFinder {
   /// each other.
   [[nodiscard]] int times_covered(const Point2& at, int axis, std::uint32_t triangle) const {
     const auto k = static_cast<std::size_t>(axis);
-    Box3 line = tree_[triangle];
+    geometry::Box3 line = tree_[triangle];
     line.low[(k + 1) % 3] = line.high[(k + 1) % 3] = at.u;
     line.low[(k + 2) % 3] = line.high[(k + 2) % 3] = at.v;
     int times = 0;
@@ -252,7 +252,7 @@ class CrossingFinder {
   }
 
   const TriangleMesh& mesh_;
-  const BoxTree& tree_;
+  const geometry::BoxTree& tree_;
   std::optional<MeshCrossing> found_;
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t, int>, std::uint32_t> hits_;
 };
@@ -268,7 +268,7 @@ std::string point_text(const Point3& p) {
 std::optional<MeshCrossing> self_crossing(const TriangleMesh& mesh, unsigned threads) {
   constexpr std::size_t parts_of_thread = 32, most_parts = 256,
                         triangles_of_part = 256;  // each part is held against all later ones
-  const BoxTree tree(triangle_boxes(mesh));
+  const geometry::BoxTree tree(triangle_boxes(mesh));
   const std::size_t parts =
       std::min({parts_of_thread * threads, most_parts, mesh.triangles.size() / triangles_of_part});
   const auto branches = tree.branches(threads > 1 ? parts : 1);

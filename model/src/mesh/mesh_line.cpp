@@ -62,11 +62,11 @@ Number height(const TriangleMesh& mesh, std::uint32_t triangle, int axis, const 
 
 }  // namespace
 
-std::vector<Box3> triangle_boxes(const TriangleMesh& mesh) {
-  std::vector<Box3> boxes;
+std::vector<geometry::Box3> triangle_boxes(const TriangleMesh& mesh) {
+  std::vector<geometry::Box3> boxes;
   boxes.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    Box3 box{mesh.points[a], mesh.points[a]};
+    geometry::Box3 box{mesh.points[a], mesh.points[a]};
     box.unite({mesh.points[b], mesh.points[b]});
     box.unite({mesh.points[c], mesh.points[c]});
     boxes.push_back(box);

@@ -3,15 +3,15 @@
 #include <optional>
 #include <vector>
 
+#include "bsp2/geometry/support/box_tree.hpp"
 #include "bsp2/model/expression/expression.hpp"
-#include "mesh/box_tree.hpp"
 #include "mesh/predicates.hpp"
 
 /// Lines along an axis that meet the triangles of a mesh, exactly.
 namespace bsp2::model {
 
 /// Around each triangle.
-std::vector<Box3> triangle_boxes(const TriangleMesh& mesh);
+std::vector<geometry::Box3> triangle_boxes(const TriangleMesh& mesh);
 
 /// Whether the corners of triangle u lie in the plane of triangle t, exactly.
 bool are_coplanar(const TriangleMesh& mesh, std::uint32_t t, std::uint32_t u);

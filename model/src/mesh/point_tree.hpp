@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mesh/box_tree.hpp"
+#include "bsp2/geometry/support/box_tree.hpp"
 #include "mesh/predicates.hpp"
 
 namespace bsp2::model {
@@ -59,14 +59,14 @@ class PointTree {
 
  private:
   struct Node {
-    Box3 box;
+    geometry::Box3 box;
     std::uint32_t begin, end;
     std::uint32_t left = 0, right = 0;  ///< 0 = a leaf
   };
 
   std::uint32_t build(std::uint32_t begin, std::uint32_t end) {
     const auto at = static_cast<std::uint32_t>(nodes_.size());
-    Box3 box{points_[indices_[begin]], points_[indices_[begin]]};
+    geometry::Box3 box{points_[indices_[begin]], points_[indices_[begin]]};
     for (std::uint32_t i = begin; i < end; ++i)
       for (int k = 0; k < 3; ++k) {
         box.low[k] = std::min(box.low[k], points_[indices_[i]][k]);
@@ -87,14 +87,14 @@ class PointTree {
   }
 
   /// How far a point is from a box along the axis along which it is farthest.
-  static double gap(const Box3& box, const Point3& point) {
+  static double gap(const geometry::Box3& box, const Point3& point) {
     double most = 0;
     for (int k = 0; k < 3; ++k) most = std::max({most, box.low[k] - point[k], point[k] - box.high[k]});
     return most;
   }
 
   /// Whether the segment meets the box enlarged by `distance`: its parameters clipped by the three slabs.
-  static bool near(const Box3& box, const Point3& a, const Point3& b, double distance) {
+  static bool near(const geometry::Box3& box, const Point3& a, const Point3& b, double distance) {
     double from = -1e-9, to = 1 + 1e-9;
     for (int k = 0; k < 3; ++k) {
       const double low = box.low[k] - distance, high = box.high[k] + distance, length = b[k] - a[k];

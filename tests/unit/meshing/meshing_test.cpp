@@ -17,8 +17,8 @@
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 #include "dataflow/oracle.hpp"
 #include "meshing/mesh_checks.hpp"
+#include "shaping/pieces.hpp"
 #include "support/rounds.hpp"
-#include "tetrahedra/pieces.hpp"
 
 namespace bsp2::meshing {
 namespace {
@@ -203,7 +203,6 @@ TEST_P(RandomMeshes, TetrahedraAreValid) {
     const double area = solid.surface.area();
     ShapeOptions options;
     options.clean = 1e-6;
-    options.kept = round % 2 == 0 ? 0 : options.clean / 2;
     options.size = round % 3 == 0 ? 0 : dataflow::uniform(random, 0.8, 2);
     const ShapeReport report = shape(mesh, options);
     EXPECT_EQ(report.turned, 0U);

@@ -39,7 +39,6 @@ struct Tetrahedra {
 /// How a mesh is made of good shape. Lengths in model units.
 struct ShapeOptions {
   double clean = 0;          ///< what is shorter is absorbed by moves of at most this in all; 0: nothing
-  double kept = 0;           ///< so much of `clean` is kept for what refining brings near to each other
   SizeField clean_by_place;  ///< where it is not empty: of the nearest place, if that is less than `clean`
   double size = 0;           ///< wanted length of edges; 0: the cells' own tetrahedra stay, but for `clean`
   std::vector<double> size_of_part;  ///< by part; 0 or missing: `size`

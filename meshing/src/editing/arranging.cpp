@@ -4,8 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "editing/editor.hpp"
 #include "simplices/shape.hpp"
-#include "tetrahedra/editor.hpp"
 
 namespace bsp2::meshing {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "editing/editor.hpp"
 #include "simplices/shape.hpp"
-#include "tetrahedra/editor.hpp"
 
 namespace bsp2::meshing {
 namespace {

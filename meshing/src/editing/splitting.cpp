@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "editing/editor.hpp"
 #include "simplices/shape.hpp"
-#include "tetrahedra/editor.hpp"
 
 namespace bsp2::meshing {
 

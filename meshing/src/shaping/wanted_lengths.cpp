@@ -1,4 +1,4 @@
-#include "tetrahedra/wanted_lengths.hpp"
+#include "shaping/wanted_lengths.hpp"
 
 #include <algorithm>
 #include <cmath>

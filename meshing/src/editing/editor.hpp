@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
-#include "tetrahedra/star.hpp"
+#include "editing/star.hpp"
 
 namespace bsp2::meshing {
 
@@ -68,6 +68,10 @@ class Editor {
     return !ring_of(u, v).is_inside();
   }
   [[nodiscard]] double worst_at(std::uint32_t p) const;
+  [[nodiscard]] const PlaneSide& side(std::int32_t number) const {
+    return sides_[static_cast<std::size_t>(number)];
+  }
+  [[nodiscard]] std::size_t side_count() const { return sides_.size(); }
   /// The tetrahedron on the other side of a face, or `none`.
   [[nodiscard]] std::uint32_t beyond(std::uint32_t t, int face) const;
   [[nodiscard]] Point middle(std::uint32_t t) const;
@@ -117,20 +121,23 @@ class Editor {
   /// Moves u to v, whatever they are on; as many may be turned over as before, or more if these are flat but
   /// for rounding.
   bool merge(std::uint32_t u, std::uint32_t v, bool may_leave_more);
-  /// Where a point of the tetrahedron is on one of its edges, the edge leads through the point. Like `merge`,
-  /// it may leave more turned over if these are flat but for rounding.
-  bool attach(std::uint32_t t, double most, bool may_leave_more);
-  /// An edge that leads by a point of its tetrahedra leads through it then; as many may be turned over as
-  /// before.
-  bool lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m);
-  /// Where two edges of the tetrahedron cross, both lead through a new point.
-  bool cross_edges(std::uint32_t t, double most);
+  enum class Gain : std::uint8_t { less, no_more, none_deeper };  ///< of what is turned over
+  /// An edge that leads by a point of its tetrahedra leads through it then.
+  bool lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m, Gain gain);
+  /// Two edges of a tetrahedron that have no point in common.
+  using Across = std::array<std::array<std::uint32_t, 2>, 2>;
+  /// How far they pass by each other; nothing where they do not cross, seen from there.
+  [[nodiscard]] std::optional<double> gap_between(const Across& edges) const;
+  /// Two edges of the tetrahedron that cross both lead through a new point, the last one then.
+  bool cross_edges(std::uint32_t t, const Across& edges);
   /// Where tetrahedra are all around one of its points twice, which merging leaves, the point becomes two.
   bool separate(std::uint32_t t);
   /// Takes out the tetrahedron with those around it, and fills the hole from a new point inside.
   bool hollow(std::uint32_t t);
+  /// How far the surface moves if the tetrahedron is taken away; nothing if it has no outer faces.
+  [[nodiscard]] std::optional<double> depth_of_peel(std::uint32_t t) const;
   /// Takes away a tetrahedron whose outer faces lie on its others.
-  bool peel(std::uint32_t t, double most);
+  bool peel(std::uint32_t t);
 
  private:
   /// The tetrahedra around an edge, and what is on it.
@@ -154,12 +161,16 @@ class Editor {
     std::array<std::int32_t, 4> side;
     std::int32_t part;
   };
-  enum class Gain : std::uint8_t { less, no_more, none_deeper };  // of what is turned over
   struct Change {
     std::vector<std::uint32_t> removed;
     std::vector<New> added;
     std::vector<std::pair<std::array<std::uint32_t, 3>, std::int32_t>> hints;
     std::int32_t side = inner;  // of faces that were on none
+  };
+  /// Areas of the faces of a tetrahedron that nothing is beyond of, and of its others.
+  struct OuterFaces {
+    double outer = 0, other = 0;
+    std::int32_t side = inner;  // of the largest outer one
   };
   /// A face of a tetrahedron before or after a change.
   struct FaceUse {
@@ -197,6 +208,7 @@ class Editor {
   [[nodiscard]] std::optional<std::array<std::uint32_t, 2>> ends_along(std::uint32_t p) const;
   double look_at_star(std::uint32_t p, Star& star) const;
   void find_along(std::uint32_t p);
+  [[nodiscard]] bool leads_along(std::uint32_t p, const Point& way) const;
   [[nodiscard]] Point middle_of(const std::vector<std::uint32_t>& points) const;
   bool arcs_of(std::uint32_t u, std::uint32_t v, const Ring& ring, std::vector<Arc>& arcs) const;
   [[nodiscard]] bool is_new(const Arc& arc) const;
@@ -222,6 +234,8 @@ class Editor {
   [[nodiscard]] std::vector<std::uint32_t> reached_around(std::uint32_t p, std::uint32_t t) const;
   bool cancel(Change& change, std::uint32_t u, std::uint32_t v, const New& tet) const;
   void divide(Change& change, std::uint32_t u, std::uint32_t v, std::uint32_t m) const;
+  [[nodiscard]] std::optional<std::array<Point, 2>> nearest_of(const Across& edges) const;
+  [[nodiscard]] OuterFaces outer_faces_of(std::uint32_t t) const;
   void set_side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t side);
 };
 

@@ -1,4 +1,4 @@
-#include "tetrahedra/star.hpp"
+#include "editing/star.hpp"
 
 #include <algorithm>
 #include <array>

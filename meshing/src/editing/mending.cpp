@@ -8,8 +8,8 @@
 #include <numeric>
 
 #include "bsp2/geometry/support/interruption.hpp"
+#include "editing/editor.hpp"
 #include "simplices/shape.hpp"
-#include "tetrahedra/editor.hpp"
 
 namespace bsp2::meshing {
 namespace {
@@ -397,84 +397,91 @@ std::optional<double> Editor::distance_from_edge(std::uint32_t m, std::uint32_t 
   return std::sqrt(squared_distance(foot, points_[m]));
 }
 
-bool Editor::lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m) {
+bool Editor::lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m, Gain gain) {
   Change change;
   divide(change, u, v, m);
-  return is_better(change, Gain::no_more) && apply(change);
+  return is_better(change, gain) && apply(change);
 }
 
-bool Editor::attach(std::uint32_t t, double most, bool may_leave_more) {
-  const auto points = tetrahedra_[t].point;
-  for (const std::uint32_t m : points)
-    for (const std::uint32_t u : points)
-      for (const std::uint32_t v : points) {
-        if (m == u || m == v || u >= v) continue;
-        const auto distance = distance_from_edge(m, u, v);
-        if (!distance || *distance > most) continue;
-        Change change;
-        divide(change, u, v, m);
-        if (is_better(change, may_leave_more ? Gain::none_deeper : Gain::less) && apply(change)) return true;
-      }
-  return false;
-}
-
-bool Editor::cross_edges(std::uint32_t t, double most) {
-  const auto p = tetrahedra_[t].point;
-  for (int k = 1; k < 4; ++k) {
-    const std::uint32_t a = p[0], b = p[static_cast<std::size_t>(k)];
-    const std::uint32_t c = p[static_cast<std::size_t>(k % 3 + 1)];
-    const std::uint32_t d = p[static_cast<std::size_t>(6 - k - (k % 3 + 1))];
-    const auto [s, r] = closest(points_[a], points_[b], points_[c], points_[d]);
-    if (!(s > 0 && s < 1 && r > 0 && r < 1)) continue;
-    Point on_ab, on_cd, middle;
-    for (std::size_t i = 0; i < 3; ++i) {
-      on_ab[i] = points_[a][i] + s * (points_[b][i] - points_[a][i]);
-      on_cd[i] = points_[c][i] + r * (points_[d][i] - points_[c][i]);
-      middle[i] = on_ab[i] + (on_cd[i] - on_ab[i]) / 2;
-    }
-    if (squared_distance(on_ab, on_cd) > most * most) continue;
-    const std::uint32_t m = add_point(middle, inside);
-    Change change;
-    change.removed.push_back(t);
-    const auto hint_at = [&](std::uint32_t u, std::uint32_t v, std::uint32_t third, std::uint32_t opposite) {
-      const Tetrahedron& tet = tetrahedra_[t];
-      for (const std::uint32_t end : {u, v})
-        hint(change, end, m, third, tet.side[static_cast<std::size_t>(tet.place_of(opposite))]);
-    };
-    hint_at(a, b, c, d);
-    hint_at(a, b, d, c);
-    hint_at(c, d, a, b);
-    hint_at(c, d, b, a);
-    divide(change, a, b, m);
-    divide(change, c, d, m);
-    if (is_better(change, Gain::less) && apply(change)) return true;
-    drop_last_point();
+std::optional<std::array<Point, 2>> Editor::nearest_of(const Across& edges) const {
+  const auto& [ab, cd] = edges;
+  const Point &a = points_[ab[0]], &b = points_[ab[1]], &c = points_[cd[0]], &d = points_[cd[1]];
+  const auto [s, r] = closest(a, b, c, d);
+  if (!(s > 0 && s < 1 && r > 0 && r < 1)) return std::nullopt;
+  std::array<Point, 2> nearest;
+  for (std::size_t i = 0; i < 3; ++i) {
+    nearest[0][i] = a[i] + s * (b[i] - a[i]);
+    nearest[1][i] = c[i] + r * (d[i] - c[i]);
   }
+  return nearest;
+}
+
+std::optional<double> Editor::gap_between(const Across& edges) const {
+  const auto nearest = nearest_of(edges);
+  if (!nearest) return std::nullopt;
+  return std::sqrt(squared_distance((*nearest)[0], (*nearest)[1]));
+}
+
+bool Editor::cross_edges(std::uint32_t t, const Across& edges) {
+  const auto nearest = nearest_of(edges);
+  if (!nearest) return false;
+  Point middle;
+  for (std::size_t i = 0; i < 3; ++i)
+    middle[i] = (*nearest)[0][i] + ((*nearest)[1][i] - (*nearest)[0][i]) / 2;
+  const auto& [ab, cd] = edges;
+  const std::uint32_t m = add_point(middle, inside);
+  Change change;
+  change.removed.push_back(t);
+  const auto hint_at = [&](const std::array<std::uint32_t, 2>& edge, std::uint32_t third,
+                           std::uint32_t opposite) {
+    const Tetrahedron& tet = tetrahedra_[t];
+    for (const std::uint32_t end : edge)
+      hint(change, end, m, third, tet.side[static_cast<std::size_t>(tet.place_of(opposite))]);
+  };
+  hint_at(ab, cd[0], cd[1]);
+  hint_at(ab, cd[1], cd[0]);
+  hint_at(cd, ab[0], ab[1]);
+  hint_at(cd, ab[1], ab[0]);
+  divide(change, ab[0], ab[1], m);
+  divide(change, cd[0], cd[1], m);
+  if (is_better(change, Gain::less) && apply(change)) return true;
+  drop_last_point();
   return false;
 }
 
-bool Editor::peel(std::uint32_t t, double most) {
-  const Tetrahedron tet = tetrahedra_[t];
-  Change change;
-  double outer = 0, other = 0, longest = 0, largest = 0;
+Editor::OuterFaces Editor::outer_faces_of(std::uint32_t t) const {
+  const Tetrahedron& tet = tetrahedra_[t];
+  OuterFaces faces;
+  double largest = 0;
   for (int k = 0; k < 4; ++k) {
-    std::array<std::uint32_t, 3> f;
-    for (int i = 0; i < 3; ++i) f[static_cast<std::size_t>(i)] = tet.point[face_of[k][i]];
-    const double own = area(points_[f[0]], points_[f[1]], points_[f[2]]);
-    for (int i = 0; i < 3; ++i)
-      longest =
-          std::max(longest, length(f[static_cast<std::size_t>(i)], f[static_cast<std::size_t>((i + 1) % 3)]));
+    const auto [a, b, c] = face_opposite(t, k);
+    const double own = area(points_[a], points_[b], points_[c]);
     const bool is_outer =
         tet.side[k] != inner && sides_[static_cast<std::size_t>(tet.side[k])].other == PlaneSide::nothing;
-    (is_outer ? outer : other) += own;
-    if (is_outer && (change.side == inner || own > largest)) {
-      change.side = tet.side[k];
+    (is_outer ? faces.outer : faces.other) += own;
+    if (is_outer && (faces.side == inner || own > largest)) {
+      faces.side = tet.side[k];
       largest = own;
     }
   }
-  // What faces out afterwards lies where something faced out before: no crack opens.
-  if (change.side == inner || (other > outer * (1 + 1e-6) && longest > most)) return false;
-  if (tet.shape < hardly_turned && depth(tet.point) > most) return false;
+  return faces;
+}
+
+std::optional<double> Editor::depth_of_peel(std::uint32_t t) const {
+  const OuterFaces faces = outer_faces_of(t);
+  if (faces.side == inner) return std::nullopt;
+  // What faces out afterwards lies where something faced out before: no crack opens that is longer than that.
+  const auto& p = tetrahedra_[t].point;
+  if (faces.other <= faces.outer * (1 + 1e-6)) return depth(p);
+  double longest = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t k = i + 1; k < 4; ++k) longest = std::max(longest, length(p[i], p[k]));
+  return longest;
+}
+
+bool Editor::peel(std::uint32_t t) {
+  Change change;
+  change.side = outer_faces_of(t).side;
   change.removed.push_back(t);
   return apply(change);
 }

@@ -1,4 +1,4 @@
-#include "tetrahedra/pieces.hpp"
+#include "shaping/pieces.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -1,11 +1,12 @@
 // Points that are moved.
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "editing/editor.hpp"
+#include "editing/star.hpp"
 #include "simplices/shape.hpp"
-#include "tetrahedra/editor.hpp"
-#include "tetrahedra/star.hpp"
 
 namespace bsp2::meshing {
 
@@ -99,6 +100,17 @@ Point Editor::middle_of(const std::vector<std::uint32_t>& points) const {
   return sum;
 }
 
+/// Whether all that a point is on goes straight on that way: corners that were moved may have bent it.
+bool Editor::leads_along(std::uint32_t p, const Point& way) const {
+  constexpr double rounding = 1e-8;
+  const double most = rounding * std::sqrt(dot(way, way));
+  for (const std::uint32_t t : star_[p])
+    for (std::size_t k = 0; k < 4; ++k)
+      if (const std::int32_t side = tetrahedra_[t].side[k]; side != inner && tetrahedra_[t].point[k] != p)
+        if (std::fabs(dot(sides_[static_cast<std::size_t>(side)].outward, way)) > most) return false;
+  return true;
+}
+
 bool Editor::smooth(std::uint32_t p) {
   if (kind_[p] <= corner || star_[p].empty() || changed_[p] < settled_[p]) return false;
   const double before = look_at_star(p, star_here_);
@@ -126,8 +138,11 @@ bool Editor::smooth(std::uint32_t p) {
     attempt_some(here, middle_of(along_) - here, 0.5, 0.2);
     // Towards and away from each neighbour: the worst tetrahedron may want that.
     if (place == here && before < 0.35)
-      for (const std::uint32_t q : along_)
-        for (const double share : {0.15, -0.15}) attempt(here, points_[q] - here, share);
+      for (const std::uint32_t q : along_) {
+        const Point way = points_[q] - here;
+        attempt(here, way, 0.15);
+        if (leads_along(p, way)) attempt(here, way, -0.15);
+      }
   }
   if (place == here) {
     settled_[p] = clock_++;

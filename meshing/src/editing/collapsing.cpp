@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
+#include "editing/editor.hpp"
 #include "simplices/shape.hpp"
-#include "tetrahedra/editor.hpp"
 
 namespace bsp2::meshing {
 

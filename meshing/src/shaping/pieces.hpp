@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "tetrahedra/editor.hpp"
+#include "editing/editor.hpp"
 
 namespace bsp2::meshing {
 

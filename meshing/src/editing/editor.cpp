@@ -1,4 +1,4 @@
-#include "tetrahedra/editor.hpp"
+#include "editing/editor.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -10,12 +10,11 @@
 #include <vector>
 
 #include "bsp2/geometry/support/curve_order.hpp"
-#include "mesh/predicates.hpp"
 
-namespace bsp2::model {
+namespace bsp2::geometry {
 
 struct Box3 {
-  Point3 low, high;
+  std::array<double, 3> low, high;
   [[nodiscard]] bool meets(const Box3& other) const {
     for (std::size_t k = 0; k < 3; ++k)
       if (low[k] > other.high[k] || other.low[k] > high[k]) return false;
@@ -50,8 +49,8 @@ class BoxTree {
 
   explicit BoxTree(std::vector<Box3> boxes) : boxes_(std::move(boxes)) {
     if (boxes_.empty()) return;
-    order_ = geometry::curve_order(boxes_.size(), [&](std::uint32_t i) {
-      Point3 middle;
+    order_ = curve_order(boxes_.size(), [&](std::uint32_t i) {
+      std::array<double, 3> middle;
       for (std::size_t k = 0; k < 3; ++k) middle[k] = boxes_[i].low[k] / 2 + boxes_[i].high[k] / 2;
       return middle;
     });
@@ -142,4 +141,4 @@ class BoxTree {
   std::vector<std::uint32_t> order_;
 };
 
-}  // namespace bsp2::model
+}  // namespace bsp2::geometry

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "tetrahedra/editor.hpp"
-#include "tetrahedra/pieces.hpp"
+#include "editing/editor.hpp"
+#include "shaping/pieces.hpp"
 
 namespace bsp2::meshing {
 

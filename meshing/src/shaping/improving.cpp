@@ -5,11 +5,12 @@
 #include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
+#include "editing/editor.hpp"
+#include "shaping/pieces.hpp"
+#include "shaping/sizing.hpp"
+#include "shaping/surface_moves.hpp"
+#include "shaping/wanted_lengths.hpp"
 #include "simplices/shape.hpp"
-#include "tetrahedra/editor.hpp"
-#include "tetrahedra/pieces.hpp"
-#include "tetrahedra/sizing.hpp"
-#include "tetrahedra/wanted_lengths.hpp"
 
 namespace bsp2::meshing {
 namespace {
@@ -44,7 +45,7 @@ class Shaping {
       loosen();
     }
     clean();
-    forget_moves();
+    remember_moves();
     if (options_.size > 0) make_good();
     absorb();
     if (options_.size > 0 && options_.true_place) place_truly();
@@ -74,11 +75,11 @@ class Shaping {
   const ShapeOptions& options_;
   Editor editor_;
   ShapeReport report_;
-  std::vector<double> moved_;                      // how far what has become this point was moved, at most
-  std::map<Pair, double> bent_;                    // by edge: how far what it was was from it, at most
-  double clean_ = options_.clean - options_.kept;  // what is shorter is absorbed for now
-  double moved_before_ = 0;                        // at any point: see forget_moves
-  std::vector<Piece::Shared> shared_;              // points that stay
+  std::vector<double> moved_;          // how far what has become this point was moved, at most
+  std::map<Pair, double> bent_;        // by edge: how far what it was was from it, at most
+  std::vector<double> bent_at_;        // by point: how far edges were from it that lead through it, at most
+  SurfaceMoves before_;                // see remember_moves
+  std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
   WantedLengths wanted_{editor_, options_, shared_};
   Sizing sizing_{editor_, wanted_};
@@ -142,24 +143,66 @@ class Shaping {
     if (std::any_of(edges.begin(), edges.end(),
                     [&](const Pair& edge) { return merge_either(edge[0], edge[1], true); }))
       return true;
-    if (!editor_.attach(t, as_good_as_on * clean_at(editor_.middle(t)), true)) return false;
-    ++report_.taken_away;
-    return true;
+    return attach(t, as_good_as_on, Editor::Gain::none_deeper);
   }
 
   /// What is shorter than that there is absorbed.
   [[nodiscard]] double clean_at(const Point& place) const {
-    return options_.clean_by_place.is_empty() ? clean_ : std::min(clean_, options_.clean_by_place.at(place));
+    return options_.clean_by_place.is_empty() ? options_.clean
+                                              : std::min(options_.clean, options_.clean_by_place.at(place));
   }
   [[nodiscard]] double clean_between(std::uint32_t u, std::uint32_t v) const {
     return std::min(clean_at(editor_.point(u)), clean_at(editor_.point(v)));
   }
 
   /// Takes it away, and closes what that leaves open.
-  bool mend(std::uint32_t t) {
+  bool mend(std::uint32_t t) { return attach(t, 1, Editor::Gain::less) || cross_edges(t) || peel(t); }
+
+  /// Where a point of the tetrahedron is on one of its edges, the edge leads through the point.
+  /// @param share of what is cleaned: so far from the edge it may be.
+  bool attach(std::uint32_t t, double share, Editor::Gain gain) {
+    const auto points = editor_.at(t).point;
+    const double most = share * clean_at(editor_.middle(t));
+    for (const std::uint32_t m : points)
+      for (const std::uint32_t u : points)
+        for (const std::uint32_t v : points) {
+          if (m == u || m == v || u >= v || !lead_through({u, v}, m, most, gain)) continue;
+          ++report_.taken_away;
+          return true;
+        }
+    return false;
+  }
+
+  /// Where two edges of the tetrahedron cross, both lead through a new point.
+  bool cross_edges(std::uint32_t t) {
+    const auto p = editor_.at(t).point;
     const double most = clean_at(editor_.middle(t));
-    if (!editor_.attach(t, most, false) && !editor_.cross_edges(t, most) && !editor_.peel(t, most))
-      return false;
+    for (const Editor::Across& edges :
+         {Editor::Across{{{p[0], p[1]}, {p[2], p[3]}}}, Editor::Across{{{p[0], p[2]}, {p[3], p[1]}}},
+          Editor::Across{{{p[0], p[3]}, {p[1], p[2]}}}}) {
+      const auto gap = editor_.gap_between(edges);
+      if (!gap || *gap > most) continue;
+      double moved = 0;  // of the surface at that point
+      for (const auto& [u, v] : edges)
+        if (editor_.is_on_surface(u, v)) moved = std::max(moved, *gap / 2 + moved_along(u, v));
+      if (moved > most || !editor_.cross_edges(t, edges)) continue;
+      tell_move(moved);
+      raise(bent_at_, static_cast<std::uint32_t>(editor_.point_count() - 1), moved);
+      ++report_.taken_away;
+      return true;
+    }
+    return false;
+  }
+
+  bool peel(std::uint32_t t) {
+    const auto depth = editor_.depth_of_peel(t);
+    if (!depth) return false;
+    const auto points = editor_.at(t).point;
+    double moved = 0;
+    for (const std::uint32_t p : points) moved = std::max(moved, *depth + moved_around(p));
+    if (moved > clean_at(editor_.middle(t)) || !editor_.peel(t)) return false;
+    tell_move(moved);
+    for (const std::uint32_t p : points) raise(bent_at_, p, moved);
     ++report_.taken_away;
     return true;
   }
@@ -186,16 +229,16 @@ class Shaping {
     for (double share = least; share <= 1; share /= step)
       for (int k = 0; k < 4; ++k) {
         const std::uint32_t p = points[static_cast<std::size_t>(k)];
-        const double length = share * (clean_at(editor_.point(p)) - moved_at(p));
+        const double length = share * (clean_at(editor_.point(p)) - moved_around(p));
         const Point across = normal_of_face(points, k);
         for (const double side : {length, -length}) {
           Point to = editor_.point(p);
           for (std::size_t axis = 0; axis < 3; ++axis) to[axis] += side * across[axis];
           if (!(length > 0) || !editor_.nudge(p, to)) continue;
           if (editor_.kind(p) != Editor::inside) {
-            if (p >= moved_.size() || moved_[p] == 0) ++report_.moved_points;
-            set_moved(p, moved_at(p) + length);
-            report_.largest_move = std::max(report_.largest_move, moved_at(p));
+            if (value_of(moved_, p) == 0) ++report_.moved_points;
+            raise(moved_, p, moved_around(p) + length);
+            tell_move(moved_at(p));
           }
           return true;
         }
@@ -229,33 +272,47 @@ class Shaping {
     const double length = editor_.length(u, v);
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)}) {
       const bool is_told = editor_.kind(from) != Editor::inside;
-      const double moved = is_told ? length + moved_at(from) : 0;
-      if (std::max(length, moved) > clean_ || std::max(length, moved) > clean_between(u, v) ||
+      const double moved = is_told ? length + moved_around(from) : 0;
+      if (std::max(length, moved) > options_.clean || std::max(length, moved) > clean_between(u, v) ||
           !editor_.merge(from, to, may_leave_more))
         continue;
       if (!is_told) return true;
-      set_moved(to, std::max(moved, moved_at(to)));
+      raise(moved_, to, std::max(moved, moved_at(to)));
       ++report_.moved_points;
-      report_.largest_move = std::max(report_.largest_move, moved);
+      tell_move(moved);
       return true;
     }
     return false;
   }
 
   [[nodiscard]] double moved_at(std::uint32_t p) const {
-    const double since = p < moved_.size() ? moved_[p] : 0;
-    return editor_.kind(p) == Editor::inside ? since : std::max(since, moved_before_);
+    const double since = value_of(moved_, p);
+    return editor_.kind(p) == Editor::inside ? since : std::max(since, before_.at(editor_.point(p)));
   }
-  void set_moved(std::uint32_t p, double length) {
-    if (p >= moved_.size()) moved_.resize(editor_.point_count(), 0);
-    moved_[p] = length;
+  /// That, and how far edges were from it that lead through it.
+  [[nodiscard]] double moved_around(std::uint32_t p) const {
+    return std::max(moved_at(p), value_of(bent_at_, p));
+  }
+  /// How far what is this edge was from it, at most.
+  [[nodiscard]] double moved_along(std::uint32_t u, std::uint32_t v) const {
+    const auto bent = bent_.find({std::min(u, v), std::max(u, v)});
+    return (bent == bent_.end() ? 0 : bent->second) + std::max(moved_at(u), moved_at(v));
+  }
+  void tell_move(double length) { report_.largest_move = std::max(report_.largest_move, length); }
+  static double value_of(const std::vector<double>& of_points, std::uint32_t p) {
+    return p < of_points.size() ? of_points[p] : 0;
+  }
+  void raise(std::vector<double>& of_points, std::uint32_t p, double length) const {
+    if (p >= of_points.size()) of_points.resize(editor_.point_count(), 0);
+    of_points[p] = std::max(of_points[p], length);
   }
 
   void clean() {
-    if (!(clean_ > 0)) return;
+    if (!(options_.clean > 0)) return;
     for (int pass = 0; pass < 4; ++pass) {
       std::uint64_t changed = 0;
-      for (const auto& [u, v] : sizing_.edges_where([&](double length, double) { return length < clean_; })) {
+      for (const auto& [u, v] :
+           sizing_.edges_where([&](double length, double) { return length < options_.clean; })) {
         Interruption::check();
         if (editor_.star(u).empty() || editor_.star(v).empty() || editor_.length(u, v) > clean_between(u, v))
           continue;
@@ -266,13 +323,14 @@ class Shaping {
     }
   }
 
-  /// When points become others than those that were moved, nobody knows how far the surface has moved at
-  /// each: nowhere more than was told.
-  void forget_moves() {
-    moved_before_ = report_.largest_move;
+  /// From here on points become others than those that were moved, but the surface is where it was then.
+  void remember_moves() {
+    for (std::uint32_t p = 0; p < bent_at_.size(); ++p)
+      if (bent_at_[p] > 0) raise(moved_, p, bent_at_[p]);
+    before_ = SurfaceMoves(editor_, moved_, options_.clean);
     moved_.clear();
     bent_.clear();
-    clean_ = options_.clean;
+    bent_at_.clear();
   }
 
   /// What is thinner than is cleaned though its edges are long: three points on a line, but for that.
@@ -285,33 +343,36 @@ class Shaping {
       const auto edges = edges_of(editor_.at(t));
       changed += std::ranges::any_of(edges, [&](const Pair& edge) {
         return std::ranges::any_of(points, [&](std::uint32_t m) {
-          return lead_through({std::min(edge[0], edge[1]), std::max(edge[0], edge[1])}, m);
+          const auto& [u, v] = edge;
+          return m != u && m != v && editor_.is_on_surface(u, v) &&
+                 lead_through({std::min(u, v), std::max(u, v)}, m, clean_at(editor_.point(m)),
+                              Editor::Gain::no_more);
         });
       });
     }
     return changed;
   }
 
-  bool lead_through(const Pair& edge, std::uint32_t m) {
+  /// An edge that passes by a point leads through it, if it is no farther from it than this; told if it is on
+  /// the surface.
+  bool lead_through(const Pair& edge, std::uint32_t m, double most, Editor::Gain gain) {
     const auto& [u, v] = edge;
-    if (m == u || m == v) return false;
     const auto distance = editor_.distance_from_edge(m, u, v);
-    const double most = clean_at(editor_.point(m));
-    if (!distance || *distance > most || !editor_.is_on_surface(u, v)) return false;
-    const auto before = bent_.find(edge);
-    const double bent = *distance + (before == bent_.end() ? 0 : before->second),
-                 moved = bent + std::max({moved_at(u), moved_at(v), moved_at(m)});
-    if (moved > most) return false;
+    if (!distance || *distance > most) return false;
+    if (!editor_.is_on_surface(u, v)) return editor_.lead_through(u, v, m, gain);
+    const double moved = *distance + moved_along(u, v), bent = moved - std::max(moved_at(u), moved_at(v));
+    if (moved > clean_at(editor_.point(m))) return false;
     const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
-    if (!editor_.lead_through(u, v, m)) return false;
+    if (!editor_.lead_through(u, v, m, gain)) return false;
     for (const std::uint32_t p : around)
       if (p == u || p == v || std::ranges::binary_search(around_v, p)) {
         if (p == m) continue;
         double& of_edge = bent_[{std::min(p, m), std::max(p, m)}];
         of_edge = std::max(of_edge, bent);
       }
+    raise(bent_at_, m, moved);
     ++report_.bent_edges;
-    report_.largest_move = std::max(report_.largest_move, moved);
+    tell_move(moved);
     return true;
   }
 

@@ -1,4 +1,4 @@
-#include "tetrahedra/sizing.hpp"
+#include "shaping/sizing.hpp"
 
 #include <algorithm>
 #include <bit>

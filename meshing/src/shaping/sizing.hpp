@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "tetrahedra/editor.hpp"
-#include "tetrahedra/wanted_lengths.hpp"
+#include "editing/editor.hpp"
+#include "shaping/wanted_lengths.hpp"
 
 namespace bsp2::meshing {
 
