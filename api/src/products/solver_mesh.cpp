@@ -299,7 +299,7 @@ class SolverMeshMaker {
       made_.notes.push_back(text + fmt::format("; the volume changed by {:.3g}", volume));
     if (shaped.taken_away > 0)
       made_.notes.push_back(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away, ") +
-                            "between what doubles hold for one plane or line");
+                            "as thin as what is absorbed");
   }
 
   /// What was too much to be meshed finely, where that has left thin tetrahedra.

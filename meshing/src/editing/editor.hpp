@@ -170,7 +170,9 @@ class Editor {
   /// Areas of the faces of a tetrahedron that nothing is beyond of, and of its others.
   struct OuterFaces {
     double outer = 0, other = 0;
+    int count = 0;              // of outer ones
     std::int32_t side = inner;  // of the largest outer one
+    Across edges{};             // if there are two: what they have in common, and what the others have
   };
   /// A face of a tetrahedron before or after a change.
   struct FaceUse {

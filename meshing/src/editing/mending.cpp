@@ -459,6 +459,11 @@ Editor::OuterFaces Editor::outer_faces_of(std::uint32_t t) const {
     const bool is_outer =
         tet.side[k] != inner && sides_[static_cast<std::size_t>(tet.side[k])].other == PlaneSide::nothing;
     (is_outer ? faces.outer : faces.other) += own;
+    // The edge that two outer faces have in common is that of the points opposite of the others.
+    std::uint32_t& place =
+        faces.edges[is_outer ? 1 : 0][is_outer ? std::min(faces.count, 1) : std::min(k - faces.count, 1)];
+    place = tet.point[static_cast<std::size_t>(k)];
+    faces.count += is_outer ? 1 : 0;
     if (is_outer && (faces.side == inner || own > largest)) {
       faces.side = tet.side[k];
       largest = own;
@@ -472,6 +477,8 @@ std::optional<double> Editor::depth_of_peel(std::uint32_t t) const {
   if (faces.side == inner) return std::nullopt;
   // What faces out afterwards lies where something faced out before: no crack opens that is longer than that.
   const auto& p = tetrahedra_[t].point;
+  if (faces.count == 2)
+    if (const auto gap = gap_between(faces.edges)) return gap;
   if (faces.other <= faces.outer * (1 + 1e-6)) return depth(p);
   double longest = 0;
   for (std::size_t i = 0; i < 4; ++i)

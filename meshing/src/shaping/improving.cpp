@@ -318,7 +318,7 @@ class Shaping {
           continue;
         if (editor_.collapse_either(u, v, {.shape = 0, .length = 0}) || merge_either(u, v, false)) ++changed;
       }
-      changed += lead_edges_through_points();
+      changed += lead_edges_through_points() + peel_flakes();
       if (changed == 0) return;
     }
   }
@@ -349,6 +349,19 @@ class Shaping {
                               Editor::Gain::no_more);
         });
       });
+    }
+    return changed;
+  }
+
+  /// Takes away what stands out of the surface and is thinner than is cleaned.
+  std::uint64_t peel_flakes() {
+    std::uint64_t changed = 0;
+    for (std::uint32_t t = 0; t < editor_.size(); ++t) {
+      if (editor_.at(t).is_gone() || editor_.at(t).shape > fair ||
+          std::ranges::count(editor_.at(t).side, Editor::inner) > 2)
+        continue;
+      Interruption::check();
+      if (peel(t)) ++changed;
     }
     return changed;
   }

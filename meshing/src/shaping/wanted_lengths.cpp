@@ -86,8 +86,10 @@ void WantedLengths::find(bool with_details, bool from_seams) {
     wanted_[p] = size_at(p);
   }
   if (with_details) {
-    if (detail_ == 0) detail_ = coarsest;
-    is_cut_ = false;
+    for (Details* details : {&along_, &short_}) {
+      if (details->least == 0) details->least = coarsest;
+      details->is_cut = false;
+    }
     find_short_edges();
     find_strips_and_walls();
   }
@@ -101,29 +103,50 @@ void WantedLengths::find(bool with_details, bool from_seams) {
 
 void WantedLengths::find_finer() {
   if (without_details_ == 0) {
-    detail_ = coarsest;
+    along_.least = short_.least = coarsest;
     find(true);
     without_details_ = expected();
-    is_last_ = !is_cut_;
+    end_where_nothing_is_finer();
     return;
   }
-  const double before = detail_;
-  detail_ = std::max(finest, step * before);
-  find(true);
-  is_last_ = !is_cut_ || detail_ == finest;
-  if (detail_ == before) return;
-  const double count = expected();
-  if (count <= without_details_ + options_.most) return;
-  too_many_ = count;
-  is_last_ = true;
-  detail_ = before;
+  const Details along = along_, shorts = short_;
+  for (Details* details : {&along_, &short_})
+    if (!details->is_last) details->least = std::max(finest, step * details->least);
+  if (!may_be_finer()) {
+    find(true);
+    return;
+  }
+  if (fits()) return end_where_nothing_is_finer();
+  if (!along.is_last) {
+    along_ = along;
+    along_.is_last = true;
+    if (fits()) return end_where_nothing_is_finer();
+  }
+  short_ = shorts;
+  along_.is_last = short_.is_last = true;
   find(true);
 }
 
-void WantedLengths::find_finest() {
-  const double detail = std::exchange(detail_, finest);
+/// Finds the lengths. @return whether that does not make too many tetrahedra.
+bool WantedLengths::fits() {
   find(true);
-  detail_ = detail;
+  const double count = expected();
+  if (count <= without_details_ + options_.most) return true;
+  if (too_many_ == 0) too_many_ = count;
+  return false;
+}
+
+void WantedLengths::end_where_nothing_is_finer() {
+  for (Details* details : {&along_, &short_})
+    details->is_last = details->is_last || !details->is_cut || details->least == finest;
+}
+
+void WantedLengths::find_finest() {
+  const Details along = along_, shorts = short_;
+  along_.least = short_.least = finest;
+  find(true);
+  along_ = along;
+  short_ = shorts;
 }
 
 double WantedLengths::expected() const {
@@ -151,19 +174,17 @@ void WantedLengths::find_wall(std::uint32_t t, std::size_t top) {
   if (!(of_walls * thickness < wanted_[m])) return;
   // Sides that meet are an edge of the solid, which has its angle.
   if (std::ranges::any_of(face, [&](std::uint32_t q) { return editor_.is_on_surface(m, q); })) return;
-  for (const std::uint32_t q : p) want_detail(q, thickness, of_walls);
+  for (const std::uint32_t q : p) want_detail(q, thickness, of_walls, along_);
 }
 
-/// What is cleaned, or was to be, is no detail.
-void WantedLengths::want_detail(std::uint32_t p, double thickness, double times) {
-  if (thickness >= options_.clean) want(p, times * thickness);
-}
-
-/// So long shall edges be at a point for the sake of a detail.
-void WantedLengths::want(std::uint32_t p, double length) {
-  if (!(wanted_[p] < infinity && length < wanted_[p])) return;
-  const double least = detail_ * size_at(p);
-  is_cut_ = is_cut_ || length < least;
+/// So long shall edges be at a point for the sake of a detail. Strips as thin as what is cleaned are none:
+/// where no moves are left for them, good ones would take too many tetrahedra.
+void WantedLengths::want_detail(std::uint32_t p, double thickness, double times, Details& details) {
+  const double length = times * thickness;
+  if ((&details == &along_ && thickness < options_.clean) || !(wanted_[p] < infinity && length < wanted_[p]))
+    return;
+  const double least = details.least * size_at(p);
+  details.is_cut = details.is_cut || length < least;
   wanted_[p] = std::min(wanted_[p], std::max(least, length));
 }
 
@@ -172,7 +193,7 @@ void WantedLengths::find_short_edges() {
     if (editor_.kind(p) != Editor::corner || wanted_[p] == infinity) continue;
     Interruption::check();
     for (const std::uint32_t q : editor_.neighbours(p))
-      if (editor_.kind(q) == Editor::corner) want_detail(p, editor_.length(p, q), of_details);
+      if (editor_.kind(q) == Editor::corner) want_detail(p, editor_.length(p, q), of_details, short_);
   }
 }
 
@@ -196,7 +217,7 @@ void WantedLengths::find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v
   const auto distance = editor_.distance_from_edge(m, u, v);
   if (!distance || of_details * *distance >= wanted_[m] || !editor_.is_sharp(u, v)) return;
   // Two edges that meet are a corner of the solid, which has its angle.
-  if (!editor_.is_sharp(m, u) && !editor_.is_sharp(m, v)) want_detail(m, *distance, of_details);
+  if (!editor_.is_sharp(m, u) && !editor_.is_sharp(m, v)) want_detail(m, *distance, of_details, along_);
 }
 
 /// From what is known on, by which share of the distance edges may grow.

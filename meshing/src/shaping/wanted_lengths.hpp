@@ -23,7 +23,7 @@ class WantedLengths {
   /// Finds lengths for finer details than the call before, unless that makes too many tetrahedra.
   void find_finer();
   /// Whether the next call of that could find finer details.
-  [[nodiscard]] bool may_be_finer() const { return !is_last_; }
+  [[nodiscard]] bool may_be_finer() const { return !along_.is_last || !short_.is_last; }
   /// With the finest details, whatever that makes: what is there may be as fine.
   void find_finest();
   /// Of a new point in the middle of an edge.
@@ -32,7 +32,7 @@ class WantedLengths {
   [[nodiscard]] double between(std::uint32_t p, std::uint32_t q) const;
   [[nodiscard]] const std::vector<double>& at_points() const { return wanted_; }
   /// How fine the details are, as a share of the length that the user wants.
-  [[nodiscard]] double detail() const { return detail_; }
+  [[nodiscard]] double detail() const { return along_.least; }
   /// How many tetrahedra finer details would have made, if these were too many; else 0.
   [[nodiscard]] double too_many() const { return too_many_; }
   /// About how many tetrahedra each part will have.
@@ -43,20 +43,27 @@ class WantedLengths {
   const ShapeOptions& options_;
   const std::vector<Piece::Shared>& shared_;
   std::vector<double> wanted_;
-  double detail_ = 0, too_many_ = 0;
+  /// Details of one kind: those along strips and walls take tetrahedra by their length, short edges a few
+  /// each.
+  struct Details {
+    double least = 0;      ///< how fine they are, as a share of the length that the user wants
+    bool is_cut = false;   ///< some are finer than that
+    bool is_last = false;  ///< finer ones make too many tetrahedra, or there are none
+  };
+  Details along_, short_;
+  double too_many_ = 0;
   double without_details_ = 0;  ///< tetrahedra that are to be expected
-  bool is_cut_ = false;         ///< at details that are finer than what is looked for
-  bool is_last_ = false;
 
   [[nodiscard]] double size_in(std::int32_t part) const;
   [[nodiscard]] double size_at(std::uint32_t p) const;
   [[nodiscard]] bool is_at_several_parts(std::uint32_t p) const;
   void find_short_edges();
   void find_strips_and_walls();
+  void end_where_nothing_is_finer();
   void find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v);
   void find_wall(std::uint32_t t, std::size_t top);
-  void want_detail(std::uint32_t p, double thickness, double times);
-  void want(std::uint32_t p, double length);
+  void want_detail(std::uint32_t p, double thickness, double times, Details& details);
+  [[nodiscard]] bool fits();
   [[nodiscard]] double expected() const;
   void grow(std::vector<std::pair<double, std::uint32_t>> known);
 };

@@ -62,7 +62,7 @@ struct ShapeReport {
   std::uint64_t moved_points = 0;     ///< corners of the solid that were moved
   std::uint64_t bent_edges = 0;       ///< edges of the surface that lead through a point that they passed by
   double largest_move = 0;
-  std::uint64_t taken_away = 0;  ///< flat ones, between faces or edges that were as good as one
+  std::uint64_t taken_away = 0;  ///< flat ones, and outer ones that are thinner than is cleaned
   double detail = 0;             ///< as fine as this share of the wanted length details are refined for
   double too_many = 0;         ///< as many tetrahedra finer ones would have made; 0: there are no finer ones
   std::uint64_t placed = 0;    ///< points that were moved to their true place, or towards it
