@@ -64,7 +64,7 @@ Json cleaned(const supersteps::CleaningReport& cleaning) {
             {"merged_points", cleaning.merged_points}, {"slivers", cleaning.slivers},
             {"left_out", cleaning.left_out},           {"left", cleaning.left},
             {"triangles", cleaning.triangles},         {"moved", cleaning.moved},
-            {"volume_change", cleaning.volume_change}, {"self_intersections", 0}};
+            {"volume_change", cleaning.volume_change}, {"self_intersections", cleaning.crossings}};
   if (cleaning.has_given_up) json["self_intersections"] = nullptr;  // not looked for in what was found
   return json;
 }

@@ -305,7 +305,7 @@ class Resolver {
     const auto& construction = std::get<Construction>(node.value);
     const ConstructRow row = row_of(construction.construct);
     if (!row.takes_flat) leave_out_flats(images);
-    if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
+    if (std::any_of(images.begin(), images.end(), is_empty)) return without_empty(construction, images);
     const auto place = [&] { return options_.place_of ? options_.place_of(node) : ""; };
     const std::size_t before = first_of_construct_ = warnings_.size();
     try {
@@ -326,6 +326,15 @@ class Resolver {
     }
   }
 
+  /// What a construct is made of if operands are empty: nothing, but for sums that pass over these.
+  static Expression without_empty(const Construction& construction, const std::vector<Expression>& operands) {
+    const auto* sum = std::get_if<model::MinkowskiSum>(&construction.construct);
+    const auto something = std::find_if_not(operands.begin(), operands.end(), is_empty);
+    if (sum == nullptr || !sum->passes_over_empty || something == operands.end())
+      return Expression(operands[0].dimension());
+    return *something;
+  }
+
   Expression image_of(const model::Construct& construct, std::vector<Expression> images) {
     if (!row_of(construct).takes_round)
       for (Expression& operand : images) operand = faceted(operand);
@@ -336,7 +345,10 @@ class Resolver {
   Expression enclosed_image_of(const model::Construct& construct, std::vector<Expression> operands) {
     if (takes_these(construct, operands))
       return std::visit([&](const auto& what) { return construct_of(what, operands); }, construct);
-    if (std::holds_alternative<model::MinkowskiSum>(construct)) limit_pairs(operands);
+    if (const auto* sum = std::get_if<model::MinkowskiSum>(&construct)) {
+      if (sum->passes_over_empty) return enclosed_sum(std::move(operands));
+      limit_pairs(operands);
+    }
     const auto image_with = [&](Facets facets) {
       std::vector<Expression> polytopes;
       for (const Expression& operand : operands) polytopes.push_back(with_facets(operand, facets, options_));
@@ -353,6 +365,17 @@ class Resolver {
         std::string(row.name) + ": what is round in it is taken as polyhedra in it" +
         (corners.empty() ? "" : ", with " + corners + " corners to a circle; $fn says how many"));
     return image_with(Facets::inside);
+  }
+
+  /// Whether an operand is empty the polytopes around it tell: those inside are none of what is thin.
+  Expression enclosed_sum(std::vector<Expression> operands) {
+    const auto is_nothing = [&](const Expression& operand) {
+      return !is_union(operand) &&
+             convex_parts(with_facets(operand, Facets::around, options_), options_).empty();
+    };
+    if (is_nothing(operands[0])) return operands[1];
+    if (is_nothing(operands[1])) return operands[0];
+    return enclosed_image_of(model::MinkowskiSum{}, std::move(operands));
   }
 
   /// Each pair of convex parts has a sum: two tori of 64 segments each take many minutes. So operands get

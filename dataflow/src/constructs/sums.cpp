@@ -180,10 +180,13 @@ Expression image_of(const model::Sweep& sweep, const std::vector<Expression>& op
   return distributed(operands[0], dimension, context, of_corners, of_ball);
 }
 
-Expression image_of(const model::MinkowskiSum&, const std::vector<Expression>& operands,
+Expression image_of(const model::MinkowskiSum& sum, const std::vector<Expression>& operands,
                     const ConstructContext& context) {
-  return sum_of_parts(convex_parts(operands[0], context.options), convex_parts(operands[1], context.options),
-                      operands[0].dimension(), "minkowski");
+  const std::vector<Points> a = convex_parts(operands[0], context.options),
+                            b = convex_parts(operands[1], context.options);
+  if (sum.passes_over_empty && a.empty()) return operands[1];
+  if (sum.passes_over_empty && b.empty()) return operands[0];
+  return sum_of_parts(a, b, operands[0].dimension(), "minkowski");
 }
 
 Expression image_of(const model::Growth& growth, const std::vector<Expression>& operands,

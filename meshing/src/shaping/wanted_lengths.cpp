@@ -136,9 +136,12 @@ bool WantedLengths::fits() {
   return false;
 }
 
+/// Where one kind goes on, a finer mesh may show more of the other one.
 void WantedLengths::end_where_nothing_is_finer() {
-  for (Details* details : {&along_, &short_})
-    details->is_last = details->is_last || !details->is_cut || details->least == finest;
+  const auto ends = [](const Details& details) {
+    return details.is_last || !details.is_cut || details.least == finest;
+  };
+  if (ends(along_) && ends(short_)) along_.is_last = short_.is_last = true;
 }
 
 void WantedLengths::find_finest() {

@@ -93,6 +93,8 @@ class Reader {
   Expression own_node_of(Frame& frame);
   Expression coloured(const Expression& child);
   Expression image_of(Frame& frame, const Expression& child);
+  Expression sum_of(const Frame& frame, const Expression& a, const Expression& b, bool passes_over_empty);
+  Expression sum_of(const Frame& frame, int dimension, std::span<const Expression> operands);
   Expression construction_of(const Frame& frame, int dimension, std::span<const Expression> operands);
   [[nodiscard]] SyntaxError nothing_left() const;
   Model result();
@@ -574,25 +576,34 @@ Expression Reader::own_node_of(Frame& frame) {
   }
 }
 
+/// @param passes_over_empty whether the sum is one of them if the other one is empty, also where only
+/// evaluating it tells so.
+Expression Reader::sum_of(const Frame& frame, const Expression& a, const Expression& b,
+                          bool passes_over_empty) {
+  if (pool_.is_empty(a)) return passes_over_empty ? b : a;
+  if (pool_.is_empty(b)) return passes_over_empty ? a : b;
+  const Expression pair[] = {a, b};
+  const Expression sum = pool_.construction(MinkowskiSum{passes_over_empty}, a.dimension(), pair);
+  constructs_at_.try_emplace(&sum.node(), frame.offset);
+  return sum;
+}
+
+Expression Reader::sum_of(const Frame& frame, int dimension, std::span<const Expression> operands) {
+  Expression sum = pool_.empty(dimension);
+  for (const Expression& operand : operands) sum = sum_of(frame, sum, operand, true);
+  return sum;
+}
+
 Expression Reader::construction_of(const Frame& frame, int dimension, std::span<const Expression> operands) {
   const Construct construct = constructs_.back();
   constructs_.pop_back();
   const int result = frame.row->result != 0 ? frame.row->result : dimension;
   if (frame.is(NodeKind::minkowski)) {
-    const auto is_empty = [&](const Expression& operand) { return pool_.is_empty(operand); };
     // OpenSCAD 2021.01 passes over empty solids. In the plane it does so only if the first child and one more
     // are something.
-    if (dimension == 2 && operands.size() > 1 &&
-        (is_empty(operands[0]) || std::all_of(operands.begin() + 1, operands.end(), is_empty)))
-      return pool_.empty(2);
-    Expression sum = pool_.empty(result);
-    for (const Expression& operand : operands) {
-      if (pool_.is_empty(operand)) continue;
-      const Expression pair[] = {sum, operand};
-      sum = pool_.is_empty(sum) ? operand : pool_.construction(construct, result, pair);
-      constructs_at_.try_emplace(&sum.node(), frame.offset);
-    }
-    return sum;
+    if (dimension == 2 && operands.size() > 1)
+      return sum_of(frame, operands[0], sum_of(frame, dimension, operands.subspan(1)), false);
+    return sum_of(frame, dimension, operands);
   }
   const Expression operand = pool_.boolean(Operation::unite, dimension, operands);
   if (frame.vanishes || pool_.is_empty(operand)) return pool_.empty(result);

@@ -30,9 +30,18 @@ bool is_clean(const TriangleSurface& surface, const CleanLength& length) {
   });
 }
 
+/// Triangles by their corners, ascending.
+using Triangles = std::set<std::array<Point3, 3>>;
+
+std::array<Point3, 3> sorted(std::array<Point3, 3> corners) {
+  std::ranges::sort(corners);
+  return corners;
+}
+
 /// A place where some triangles of a surface cross it; where the others do, is not looked for.
+/// @param passed_over are as if they were not there.
 std::optional<MeshCrossing> crossing_of(const TriangleSurface& surface, const std::vector<Index>& some,
-                                        unsigned threads) {
+                                        const Triangles& passed_over, unsigned threads) {
   const auto box_of = [&](const Triangle& t) {
     geometry::Box3 box{surface.points[t[0]], surface.points[t[0]]};
     for (const Index corner : t) box.unite({surface.points[corner], surface.points[corner]});
@@ -43,8 +52,11 @@ std::optional<MeshCrossing> crossing_of(const TriangleSurface& surface, const st
   const geometry::BoxTree tree(std::move(boxes));
   TriangleMesh near;
   near.points = surface.points;
-  for (const Triangle& t : surface.triangles)
+  for (const Triangle& t : surface.triangles) {
+    const auto corners = sorted({surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]});
+    if (passed_over.contains(corners)) continue;
     if (tree.visit_meeting(box_of(t), [](Index) { return true; })) near.triangles.push_back(t);
+  }
   return self_crossing(near, threads);
 }
 
@@ -150,24 +162,30 @@ CleanSurface cleaned(TriangleSurface surface, const CleanLength& length, unsigne
   }
   constexpr int most_attempts = 24;
   std::vector<bool> fixed(surface.points.size());
+  Triangles crossing_before;  // though nothing of them has changed
   for (int attempt = 0; attempt < most_attempts; ++attempt) {
     SurfaceCleaner cleaner(surface, length, fixed);
     cleaner.run();
     std::vector<Index> changed;
     TriangleSurface now = cleaner.result(changed);
     if (Pieces(surface, cleaner).fix_turned(fixed)) continue;
-    const auto crossing = crossing_of(now, changed, threads);
+    std::optional<MeshCrossing> crossing;
+    std::vector<Point3> places;
+    do {
+      crossing = crossing_of(now, changed, crossing_before, threads);
+      if (!crossing) break;
+      places.assign(crossing->triangle.begin(), crossing->triangle.end());
+      places.insert(places.end(), crossing->other.begin(), crossing->other.end());
+    } while (!fix(cleaner, places, fixed) && crossing_before.insert(sorted(crossing->triangle)).second);
     if (!crossing) {
       result.cleaning = cleaner.cleaning();
+      result.cleaning.crossing_before.assign(crossing_before.begin(), crossing_before.end());
       result.cleaning.vanished = parts_gone(surface, now);
       result.cleaning.length = length.at(farthest);
       result.cleaning.volume = now.volume() - surface.volume();
       result.surface = std::move(now);
       return result;
     }
-    std::vector<Point3> places(crossing->triangle.begin(), crossing->triangle.end());
-    places.insert(places.end(), crossing->other.begin(), crossing->other.end());
-    if (!fix(cleaner, places, fixed)) break;
   }
   result.cleaning.has_given_up = true;
   result.surface = std::move(surface);

@@ -191,7 +191,7 @@ std::string told(const CleaningReport& cleaning) {
   if (cleaning.has_given_up) {
     text << "edges shorter and triangles thinner than " << cleaning.length
          << " were left as they are: without them the surface would cross itself, or some of it be inside "
-            "out; a smaller --clean may do";
+            "out";
     return text.str();
   }
   text << "for edges and triangles below " << cleaning.length << ", "
@@ -202,6 +202,19 @@ std::string told(const CleaningReport& cleaning) {
   if (cleaning.left > 0)
     text << counted(cleaning.left,
                     "; # thin triangle[s] [is|are] left that could not go without spoiling others");
+  return text.str();
+}
+
+/// Where the surface crosses itself whatever is cleaned, for who gets the file.
+std::string told_of_crossings(const std::filesystem::path& path, const model::Cleaning& cleaning) {
+  const auto& corner = cleaning.crossing_before.front().front();
+  std::ostringstream text;
+  text << path.string() << ": "
+       << counted(cleaning.crossing_before.size(), "# triangle[s] [goes|go] through [another one|others]")
+       << ", the first at (" << corner[0] << ", " << corner[1] << ", " << corner[2]
+       << "), since the solid is as thin there as corners are rounded: programs that read the file may have "
+          "to "
+          "repair it";
   return text.str();
 }
 
@@ -245,14 +258,15 @@ const geometry::TriangleSurface& surface_for(const std::filesystem::path& path, 
   if (!what.vanished.empty())
     result.report.warnings.push_back(told_of_vanished(path, what.vanished, what.length, parts_of(result)));
   if (!result.report.boundary) return cleaned;
-  const CleaningReport report{path,          what.length,      what.merged_points,       what.slivers,
-                              what.left_out, what.left,        cleaned.triangles.size(), what.moved,
-                              what.volume,   what.has_given_up};
+  const CleaningReport report{path,          what.length,       what.merged_points,         what.slivers,
+                              what.left_out, what.left,         cleaned.triangles.size(),   what.moved,
+                              what.volume,   what.has_given_up, what.crossing_before.size()};
   result.report.boundary->cleaned.push_back(report);
-  if (clean && (what.is_changed() || what.has_given_up)) {  // what a format cannot hold anyway is no news
-    auto& list = what.has_given_up ? result.report.warnings : result.report.notes;
-    list.push_back(told(report));
-  }
+  if (what.has_given_up)
+    result.report.warnings.push_back(told(report) + (clean ? "; a smaller --clean may do" : ""));
+  else if (clean && what.is_changed())  // what a format cannot hold anyway is no news
+    result.report.notes.push_back(told(report));
+  if (!what.crossing_before.empty()) result.report.warnings.push_back(told_of_crossings(path, what));
   return cleaned;
 }
 

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <random>
 #include <sstream>
 #include <string>
 
@@ -601,6 +602,45 @@ TEST(Minkowski, OfKnownSolids) {
               "{ cube([2, 2, 9]); } } cube(1); }"),
       7 * 7 * 7 - 7, 1e-9)
       << "the hole shrinks";
+}
+
+/// What is empty only when it is evaluated, in any place: by the rule that OpenSCAD 2021.01 has for what is
+/// written as nothing.
+TEST(Minkowski, PassesOverWhatTurnsOutEmpty) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  const auto number = [&](int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(random);
+  };
+  for (int round = 0; round < samples::rounds(60); ++round) {
+    const int dimension = number(2, 3);
+    const std::string box = dimension == 2 ? "square(" : "cube(";
+    const std::vector<std::string> nothing{
+        "intersection() { " + box + "1); multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) " + box +
+            "1); }",
+        "intersection() { " + box + "1); multmatrix([[1,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) " + box +
+            "1); }",
+        "difference() { " + box + "1); " + box + "3, center = true); }", box + "0);"};
+    std::string children;
+    const int count = number(1, 4);
+    int side = 0, others = 0;
+    bool is_first = false;
+    for (int i = 0; i < count; ++i) {
+      if (number(0, 1) == 0) {
+        children += nothing[static_cast<std::size_t>(number(0, 3))];
+        continue;
+      }
+      const int own = number(1, 3);
+      children += box + std::to_string(own) + ");";
+      side += own;
+      is_first = is_first || i == 0;
+      others += i > 0 ? 1 : 0;
+    }
+    const bool is_empty = dimension == 2 && count > 1 && (!is_first || others == 0);
+    EXPECT_NEAR(content("minkowski() { " + children + " }"), is_empty ? 0 : std::pow(side, dimension), 1e-9)
+        << children;
+  }
 }
 
 TEST(Minkowski, OfAConvexPolygonAndABox) {

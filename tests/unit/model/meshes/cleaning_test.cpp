@@ -355,5 +355,34 @@ TEST(Cleaning, NeverMakesASurfaceCrossItself) {
   EXPECT_GT(changed, 0) << "cleaning always gives up";
 }
 
+/// Two cubes that go through each other as one surface: what is short goes all the same, and where they cross
+/// is told.
+TEST(Cleaning, GoesOnWhereASurfaceCrossesItselfBefore) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  std::uint64_t merged = 0, crossing = 0;
+  const int rounds = samples::rounds(20);
+  for (int round = 0; round < rounds; ++round) {
+    TriangleSurface surface = cube_of_squares(6);
+    const TriangleSurface other = surface;
+    const auto count = static_cast<std::uint32_t>(surface.points.size());
+    for (const Point3& p : other.points) surface.points.push_back({p[0] + 0.5, p[1] + 0.4, p[2] + 0.3});
+    for (const Triangle& t : other.triangles)
+      surface.triangles.push_back({count + t[0], count + t[1], count + t[2]});
+    surface.owner.resize(surface.triangles.size(), 0);
+    for (int i = 0; i < 60; ++i) add_point(surface, random, 1e-6, false);
+    ASSERT_TRUE(crosses_itself(surface));
+    const CleanSurface clean = cleaned(surface, {1e-4});
+    EXPECT_FALSE(clean.cleaning.has_given_up);
+    EXPECT_TRUE(clean.surface.is_closed());
+    merged += clean.cleaning.merged_points;
+    crossing += clean.cleaning.crossing_before.size();
+    EXPECT_NEAR(clean.surface.volume(), 2, 1e-3);
+  }
+  EXPECT_GT(merged, static_cast<std::uint64_t>(rounds)) << "of some 60 each";
+  EXPECT_GT(crossing, 0U);
+}
+
 }  // namespace
 }  // namespace bsp2::model

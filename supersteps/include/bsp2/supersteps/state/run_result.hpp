@@ -57,7 +57,8 @@ struct CleaningReport {
   std::uint64_t triangles = 0;      ///< in the file
   double moved = 0;                 ///< the farthest that a corner came
   double volume_change = 0;
-  bool has_given_up = false;  ///< the surface would have crossed itself, and is as it was
+  bool has_given_up = false;    ///< the surface would have crossed itself, and is as it was
+  std::uint64_t crossings = 0;  ///< triangles that cross others, and did so before
 };
 
 struct BoundaryReport {
