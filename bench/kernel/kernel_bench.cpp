@@ -72,21 +72,21 @@ std::vector<std::shared_ptr<const dataflow::Refinement>> cells_of(int side) {
 }
 
 /// How long does one answer of the predicate take, when the filter answers it?
-void BM_PredicateFiltered(benchmark::State& state) {
+void predicate_filtered(benchmark::State& state) {
   const auto network = cylinder_network(32);
   Splitter<D> splitter(network.table);
   const auto cell = geometry::root_cell(network.table);
   const HyperplaneId id = network.planes_of(network.producers[0])[0].id();
   const auto h = network.table.rounded(id);
-  for (auto _ : state)
+  for ([[maybe_unused]] const auto round : state)
     for (const auto& vertex : cell.vertices()) benchmark::DoNotOptimize(splitter.side(vertex, id, h));
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cell.vertices().size()));
 }
-BENCHMARK(BM_PredicateFiltered);
+BENCHMARK(predicate_filtered);
 
 /// And when exact integers have to? Four planes through one corner of a cone; a new splitter remembers no
 /// answer.
-void BM_PredicateExact(benchmark::State& state) {
+void predicate_exact(benchmark::State& state) {
   const auto network = dataflow::compile<D>(model::cylinder(2, 1, 0, 32), {});
   const auto planes = network.planes_of(network.producers[0]);
   std::uint64_t exact = 0;
@@ -106,10 +106,10 @@ void BM_PredicateExact(benchmark::State& state) {
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(asked));
 }
-BENCHMARK(BM_PredicateExact);
+BENCHMARK(predicate_exact);
 
 /// What does one split of a prism with so many sides cost, both halves built?
-void BM_Split(benchmark::State& state) {
+void split(benchmark::State& state) {
   const auto network = cylinder_network(state.range(0));
   Splitter<D> splitter(network.table);
   const auto cell = inside_of(network, splitter);
@@ -119,60 +119,61 @@ void BM_Split(benchmark::State& state) {
     middle += vertex.x[0] / static_cast<double>(cell.vertices().size());
   const HyperplaneId id = table.axis_hyperplane(0, table.axis_position(0, middle));
   std::array<Cell<D>, 2> halves;
-  for (auto _ : state) {
+  for ([[maybe_unused]] const auto round : state) {
     splitter.classify(cell, id);
     splitter.split(cell, id, &halves[0], &halves[1]);
     benchmark::DoNotOptimize(halves);
   }
   state.SetItemsProcessed(state.iterations());
 }
-BENCHMARK(BM_Split)->ArgName("facets")->Arg(4)->Arg(16)->Arg(64);
+BENCHMARK(split)->ArgName("facets")->Arg(4)->Arg(16)->Arg(64);
 
 /// What does one plane cost when a cube is cut down to a prism with so many sides?
-void BM_ClipByFacets(benchmark::State& state) {
+void clip_by_facets(benchmark::State& state) {
   const auto network = cylinder_network(state.range(0));
   Splitter<D> splitter(network.table);
   const auto root = geometry::root_cell(network.table);
   const auto planes = network.planes_of(network.producers[0]);
   geometry::Clipper<D> clipper(splitter);
-  for (auto _ : state) {
+  for ([[maybe_unused]] const auto round : state) {
     clipper.load(root);
     for (const auto plane : planes) clipper.cut(plane, nullptr);
     benchmark::DoNotOptimize(clipper.cell());
   }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(planes.size()));
 }
-BENCHMARK(BM_ClipByFacets)->ArgName("facets")->Arg(4)->Arg(16)->Arg(64);
+BENCHMARK(clip_by_facets)->ArgName("facets")->Arg(4)->Arg(16)->Arg(64);
 
 /// What does it cost to ask a cylinder with so many sides about a cell that all of them cross?
-void BM_Classification(benchmark::State& state) {
+void classification(benchmark::State& state) {
   const auto network = cylinder_network(state.range(0));
   Splitter<D> splitter(network.table);
   dataflow::Localizer<D> localizer(network, splitter);
   const auto root = geometry::root_cell(network.table);
   dataflow::Words out;
-  for (auto _ : state) benchmark::DoNotOptimize(localizer.decide(network.program, root, out));
+  for ([[maybe_unused]] const auto round : state)
+    benchmark::DoNotOptimize(localizer.decide(network.program, root, out));
   state.SetItemsProcessed(state.iterations() * network.producers[0].plane_count);
 }
-BENCHMARK(BM_Classification)->ArgName("facets")->Arg(4)->Arg(16)->Arg(64);
+BENCHMARK(classification)->ArgName("facets")->Arg(4)->Arg(16)->Arg(64);
 
 /// A whole evaluation: splits a second.
-void BM_Evaluate(benchmark::State& state) {
+void evaluation(benchmark::State& state) {
   const auto network = dataflow::compile<D>(balls(static_cast<int>(state.range(0))), {});
   std::uint64_t splits = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] const auto round : state) {
     auto parts = dataflow::partition(network, 0);
     splits += dataflow::evaluate<D>(network, std::move(parts.regions), {}, {}).totals.counts.splits;
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(splits));
 }
-BENCHMARK(BM_Evaluate)->ArgName("side")->Arg(4)->UseRealTime();
+BENCHMARK(evaluation)->ArgName("side")->Arg(4)->UseRealTime();
 
 /// Cells to bytes and back, as they travel between ranks.
-void BM_Archive(benchmark::State& state) {
+void archive(benchmark::State& state) {
   const auto batches = cells_of(4);
   std::int64_t bytes = 0;
-  for (auto _ : state)
+  for ([[maybe_unused]] const auto round : state)
     for (const auto& batch : batches) {
       const std::string text = dataflow::to_bytes(batch->cells);
       geometry::CellBatch back;
@@ -181,23 +182,23 @@ void BM_Archive(benchmark::State& state) {
     }
   state.SetBytesProcessed(bytes);
 }
-BENCHMARK(BM_Archive);
+BENCHMARK(archive);
 
 /// A snapshot of these cells, to the disk.
-void BM_SnapshotWrite(benchmark::State& state) {
+void snapshot_write(benchmark::State& state) {
   const auto batches = cells_of(4);
   io::Snapshot snapshot;
   std::int64_t bytes = 0;
   for (const auto& batch : batches) snapshot.cells.push_back({batch, &batch->cells});
   const auto path = std::filesystem::temp_directory_path() / "bsp2_kernel_bench.h5";
-  for (auto _ : state) {
+  for ([[maybe_unused]] const auto round : state) {
     io::write_snapshot(path, snapshot);
     bytes += static_cast<std::int64_t>(std::filesystem::file_size(path));
   }
   std::filesystem::remove(path);
   state.SetBytesProcessed(bytes);
 }
-BENCHMARK(BM_SnapshotWrite)->UseRealTime();
+BENCHMARK(snapshot_write)->UseRealTime();
 
 }  // namespace
 }  // namespace bsp2

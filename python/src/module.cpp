@@ -460,6 +460,7 @@ PYBIND11_MODULE(_bsp2, m) {
   error_type.attr("__doc__") =
       "What went wrong, in a sentence. is_users_mistake: of a model, an option or a file; else of the "
       "library.";
+  // NOLINTNEXTLINE(performance-unnecessary-value-param): as pybind11 asks for it
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);

@@ -101,29 +101,25 @@ void WantedLengths::find(bool with_details, bool from_seams) {
   grow(std::move(known));
 }
 
+bool WantedLengths::Details::may_be_finer() const { return is_cut && !is_full && least > finest; }
+
 void WantedLengths::find_finer() {
   if (without_details_ == 0) {
     along_.least = short_.least = coarsest;
     find(true);
     without_details_ = expected();
-    end_where_nothing_is_finer();
     return;
   }
+  // Also where none were finer: the mesh has become finer since, and may show more.
   const Details along = along_, shorts = short_;
   for (Details* details : {&along_, &short_})
-    if (!details->is_last) details->least = std::max(finest, step * details->least);
-  if (!may_be_finer()) {
-    find(true);
-    return;
-  }
-  if (fits()) return end_where_nothing_is_finer();
-  if (!along.is_last) {
-    along_ = along;
-    along_.is_last = true;
-    if (fits()) return end_where_nothing_is_finer();
-  }
-  short_ = shorts;
-  along_.is_last = short_.is_last = true;
+    if (!details->is_full) details->least = std::max(finest, step * details->least);
+  if (along_.least == along.least && short_.least == shorts.least) return find(true);
+  if (fits()) return;
+  along_.least = along.least;
+  if (!std::exchange(along_.is_full, true) && fits()) return;
+  short_.least = shorts.least;
+  short_.is_full = true;
   find(true);
 }
 
@@ -134,14 +130,6 @@ bool WantedLengths::fits() {
   if (count <= without_details_ + options_.most) return true;
   if (too_many_ == 0) too_many_ = count;
   return false;
-}
-
-/// Where one kind goes on, a finer mesh may show more of the other one.
-void WantedLengths::end_where_nothing_is_finer() {
-  const auto ends = [](const Details& details) {
-    return details.is_last || !details.is_cut || details.least == finest;
-  };
-  if (ends(along_) && ends(short_)) along_.is_last = short_.is_last = true;
 }
 
 void WantedLengths::find_finest() {

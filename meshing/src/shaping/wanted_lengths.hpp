@@ -23,7 +23,7 @@ class WantedLengths {
   /// Finds lengths for finer details than the call before, unless that makes too many tetrahedra.
   void find_finer();
   /// Whether the next call of that could find finer details.
-  [[nodiscard]] bool may_be_finer() const { return !along_.is_last || !short_.is_last; }
+  [[nodiscard]] bool may_be_finer() const { return along_.may_be_finer() || short_.may_be_finer(); }
   /// With the finest details, whatever that makes: what is there may be as fine.
   void find_finest();
   /// Of a new point in the middle of an edge.
@@ -48,7 +48,8 @@ class WantedLengths {
   struct Details {
     double least = 0;      ///< how fine they are, as a share of the length that the user wants
     bool is_cut = false;   ///< some are finer than that
-    bool is_last = false;  ///< finer ones make too many tetrahedra, or there are none
+    bool is_full = false;  ///< finer ones make too many tetrahedra
+    [[nodiscard]] bool may_be_finer() const;
   };
   Details along_, short_;
   double too_many_ = 0;
@@ -59,7 +60,6 @@ class WantedLengths {
   [[nodiscard]] bool is_at_several_parts(std::uint32_t p) const;
   void find_short_edges();
   void find_strips_and_walls();
-  void end_where_nothing_is_finer();
   void find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v);
   void find_wall(std::uint32_t t, std::size_t top);
   void want_detail(std::uint32_t p, double thickness, double times, Details& details);

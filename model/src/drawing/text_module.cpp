@@ -53,8 +53,10 @@ Face find_face(FT_Library library, const std::string& name, const std::function<
   const std::string wanted =
       name.find_first_not_of(" \t") == std::string::npos ? "Liberation Sans:style=Regular" : name;
   const Pattern pattern(FcNameParse(reinterpret_cast<const FcChar8*>(wanted.c_str())));
-  if (!configuration || !pattern)
-    throw Error("text: there are no fonts; install some, such as fonts-liberation");
+  if (!configuration) throw Error("text: there are no fonts; install some, such as fonts-liberation");
+  if (!pattern)
+    throw Error("text: the font '" + wanted +
+                "' is none that fontconfig understands; write it as in 'Liberation Sans:style=Bold'");
   const std::string family = text_of(*pattern, FC_FAMILY);
   FcPatternAddBool(pattern.get(), FC_OUTLINE, FcTrue);
   FcPatternAddBool(pattern.get(), FC_SCALABLE, FcTrue);

@@ -238,8 +238,12 @@ std::vector<SolidPart> solids_of_file(const std::filesystem::path& path, const F
     else if (read.parts.size() > 1)
       call(remarks.warn, name + " encloses nothing and is left out");
   }
+  const bool has_faces =
+      std::ranges::any_of(read.parts, [](const ImportedPart& part) { return !part.mesh.faces.ends.empty(); });
   if (solids.empty())
-    call(remarks.warn, "this import is empty: the faces of " + path.string() + " enclose nothing");
+    call(remarks.warn,
+         "this import is empty: " + (has_faces ? "the faces of " + path.string() + " enclose nothing"
+                                               : "there are no faces in " + path.string()));
   return solids;
 }
 

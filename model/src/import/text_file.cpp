@@ -22,6 +22,24 @@ constexpr std::size_t chunk = std::size_t{1} << 20;
                    : ""));
 }
 
+/// What a file is by its first bytes, if it is none that holds a model as text.
+std::string kind_of_other(std::string_view text) {
+  struct Kind {
+    std::string_view beginning, told;
+  };
+  using namespace std::string_view_literals;
+  static constexpr Kind kinds[] = {
+      {"\x89PNG"sv, "a picture (PNG), not a model; 'surface(file = ...)' in a model takes one as heights"},
+      {"\xFF\xD8\xFF"sv, "a picture (JPEG), not a model"},
+      {"PK\x03\x04"sv, "a ZIP archive, not a model; unpack it"},
+      {"%PDF"sv, "a PDF, not a model"},
+      {"\x1F\x8B"sv, "compressed by gzip; unpack it"}};
+  for (const Kind& kind : kinds)
+    if (text.starts_with(kind.beginning)) return std::string(kind.told);
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return first != std::string_view::npos && text[first] == '<' ? "XML, not a model as text" : "";
+}
+
 /// What is no text would be read to its end, which /dev/zero does not have, and a snapshot of many gigabytes
 /// late.
 void check_beginning_of_model(const std::string& text, const std::string& name) {
@@ -29,6 +47,11 @@ void check_beginning_of_model(const std::string& text, const std::string& name) 
     throw Error(name +
                 ": is a snapshot, not a model; 'bsp2 info' tells what it holds, 'bsp2 resume' goes on with "
                 "it, 'bsp2 export' writes its mesh");
+  if (const std::string other = kind_of_other(text); !other.empty()) {
+    const std::string ending = lower_ending(name);
+    throw Error(name + ": is " + other +
+                (other.starts_with("XML") && !ending.empty() ? ": " + why_not_read(ending) : ""));
+  }
   constexpr std::string_view signature("\x89HDF\r\n\x1a\n", 8);
   std::size_t alike = 0;
   for (std::size_t i = 0; i < std::min(signature.size(), text.size()); ++i)

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/model/expression/csg.hpp"
 #include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
 #include "import/zip_file.hpp"
@@ -360,6 +361,32 @@ TEST_F(MeshFile, ErrorsSayWhere) {
   EXPECT_NE(message("nothing.xyz", "x").find("*.xyz"), std::string::npos);
   EXPECT_THROW(import_mesh(folder_.path()), Error);
   EXPECT_THROW(import_mesh(folder_.path() / "missing.stl"), Error);
+}
+
+/// What is given as a model, and is something else.
+TEST_F(MeshFile, OtherKindsAreCalledByTheirNames) {
+  const auto refusal = [&](const std::string& name, const std::string& bytes) -> std::string {
+    const auto path = folder_.path() / name;
+    std::ofstream(path, std::ios::binary) << bytes;
+    try {
+      read_model_text(path);
+    } catch (const Error& error) {
+      return std::string(error.what()).substr(path.string().size());
+    }
+    return "no error";
+  };
+  EXPECT_EQ(refusal("p.png", "\x89PNG\r\n\x1a\n and more"),
+            ": is a picture (PNG), not a model; 'surface(file = ...)' in a model takes one as heights");
+  EXPECT_EQ(refusal("p.jpg", "\xFF\xD8\xFF\xE0"), ": is a picture (JPEG), not a model");
+  EXPECT_EQ(refusal("m.zip", "PK\x03\x04 and more"), ": is a ZIP archive, not a model; unpack it");
+  EXPECT_EQ(refusal("m.csg.gz", "\x1F\x8B\x08"), ": is compressed by gzip; unpack it");
+  EXPECT_TRUE(refusal("m.dae", "\xEF\xBB\xBF <?xml version='1.0'?>")
+                  .starts_with(": is XML, not a model as text: files named *.dae are not read; "));
+  EXPECT_EQ(refusal("m", "<COLLADA>"), ": is XML, not a model as text");
+  EXPECT_EQ(refusal("m.csg", "cube(1);"), "no error");
+  EXPECT_EQ(refusal("m.scad", "\xEF\xBB\xBFuse <other.scad>\ncube(1);"), "no error");
+  EXPECT_EQ(refusal("m.h5", "\x89HDX\r\n\x1a\n"),
+            ": is no model; it looks like a snapshot whose first bytes are damaged");
 }
 
 TEST_F(MeshFile, PackagesPutObjectsTogether) {

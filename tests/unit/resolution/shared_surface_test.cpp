@@ -130,7 +130,8 @@ TEST(Sharing, DividesEdgesThatCrossInAllFaces) {
   std::vector<model::Expression> operands;
   using Outline = std::vector<std::array<double, 2>>;
   for (int i = 0; i < 25; ++i) {
-    const double x = 4 * (i % 5), y = 4 * (i / 5);
+    const int row = i / 5;
+    const double x = 4 * (i % 5), y = 4 * row;
     operands.push_back(placed_at(x, y, 0, model::sphere(1.5, 8)));
     if (i % 2 == 0)
       for (const auto& outline : {Outline{{0, 0}, {2, 0}, {2, 2}}, Outline{{0, 0}, {0, 2}, {-2, 0}},
