@@ -282,12 +282,13 @@ class SolverMeshMaker {
 
   void tell_what_moved(const meshing::ShapeReport& shaped, double clean, double volume) {
     std::string absorbed;
-    if (shaped.moved_points > 0)
-      absorbed = counted(shaped.moved_points, "# corner[s] of the solid [was|were] moved");
-    if (shaped.bent_edges > 0)
-      absorbed += (absorbed.empty() ? "" : " and ") +
-                  counted(shaped.bent_edges, "# edge[s] [was|were] bent to lead through a corner");
-    if (!absorbed.empty())
+    const auto add = [&](std::uint64_t count, const char* what) {
+      if (count > 0) absorbed += (absorbed.empty() ? "" : ", ") + counted(count, what);
+    };
+    add(shaped.moved_points, "# corner[s] of the solid [was|were] moved");
+    add(shaped.bent_edges, "# edge[s] [was|were] bent to lead through a corner");
+    add(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away");
+    if (shaped.largest_move > 0)
       absorbed += fmt::format(", by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}",
                               shaped.largest_move, dashes_, clean);
     std::string placed;
@@ -297,9 +298,6 @@ class SolverMeshMaker {
     if (const std::string text = absorbed + (absorbed.empty() || placed.empty() ? "" : ", and ") + placed;
         !text.empty())
       made_.notes.push_back(text + fmt::format("; the volume changed by {:.3g}", volume));
-    if (shaped.taken_away > 0)
-      made_.notes.push_back(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away, ") +
-                            "as thin as what is absorbed");
   }
 
   /// What was too much to be meshed finely, where that has left thin tetrahedra.

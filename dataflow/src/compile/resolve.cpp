@@ -305,7 +305,8 @@ class Resolver {
     const auto& construction = std::get<Construction>(node.value);
     const ConstructRow row = row_of(construction.construct);
     if (!row.takes_flat) leave_out_flats(images);
-    if (std::any_of(images.begin(), images.end(), is_empty)) return without_empty(construction, images);
+    if (std::any_of(images.begin(), images.end(), is_empty))
+      return without_empty(construction, images, node.dimension);
     const auto place = [&] { return options_.place_of ? options_.place_of(node) : ""; };
     const std::size_t before = first_of_construct_ = warnings_.size();
     try {
@@ -327,11 +328,12 @@ class Resolver {
   }
 
   /// What a construct is made of if operands are empty: nothing, but for sums that pass over these.
-  static Expression without_empty(const Construction& construction, const std::vector<Expression>& operands) {
+  static Expression without_empty(const Construction& construction, const std::vector<Expression>& operands,
+                                  int dimension) {
     const auto* sum = std::get_if<model::MinkowskiSum>(&construction.construct);
     const auto something = std::find_if_not(operands.begin(), operands.end(), is_empty);
     if (sum == nullptr || !sum->passes_over_empty || something == operands.end())
-      return Expression(operands[0].dimension());
+      return Expression(dimension);
     return *something;
   }
 

@@ -34,6 +34,10 @@ class Editor {
     }
   };
 
+  enum class Gain : std::uint8_t { less, no_more, none_deeper };  ///< of what is turned over
+  /// Two edges of a tetrahedron that have no point in common.
+  using Across = std::array<std::array<std::uint32_t, 2>, 2>;
+
   /// @param kinds of the points; none: they are found.
   explicit Editor(const Tetrahedra& mesh, std::vector<Kind> kinds = {});
   /// What there is now; unused points are gone. @param map gets the new number of each point, or `none`.
@@ -113,20 +117,17 @@ class Editor {
   void touch(std::uint32_t p);
   [[nodiscard]] std::uint64_t changed_at(std::uint32_t p) const { return changed_[p]; }
 
-  // Mending: after each of these steps fewer tetrahedra are flat or turned over, or by less, and none is by
-  // more than those that have gone. They may change what touches what, where it is closer than `most`.
+  // Mending: these steps may change what touches what, so who asks for them says where it is close enough.
+  // None leaves a tetrahedron turned over by more than those that have gone.
 
   /// Moves a point inside to where all around it is right side out, if there is such a place.
   bool centre(std::uint32_t p);
   /// Moves u to v, whatever they are on; as many may be turned over as before, or more if these are flat but
   /// for rounding.
   bool merge(std::uint32_t u, std::uint32_t v, bool may_leave_more);
-  enum class Gain : std::uint8_t { less, no_more, none_deeper };  ///< of what is turned over
   /// An edge that leads by a point of its tetrahedra leads through it then.
   bool lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m, Gain gain);
-  /// Two edges of a tetrahedron that have no point in common.
-  using Across = std::array<std::array<std::uint32_t, 2>, 2>;
-  /// How far they pass by each other; nothing where they do not cross, seen from there.
+  /// How far two such edges pass by each other; nothing where they do not cross, seen from there.
   [[nodiscard]] std::optional<double> gap_between(const Across& edges) const;
   /// Two edges of the tetrahedron that cross both lead through a new point, the last one then.
   bool cross_edges(std::uint32_t t, const Across& edges);
@@ -134,9 +135,10 @@ class Editor {
   bool separate(std::uint32_t t);
   /// Takes out the tetrahedron with those around it, and fills the hole from a new point inside.
   bool hollow(std::uint32_t t);
-  /// How far the surface moves if the tetrahedron is taken away; nothing if it has no outer faces.
+  /// How far the surface moves if the tetrahedron is taken away; nothing if it has no outer faces. Of what
+  /// stands out of the solid as a fin both sides move to each other, and are gone.
   [[nodiscard]] std::optional<double> depth_of_peel(std::uint32_t t) const;
-  /// Takes away a tetrahedron whose outer faces lie on its others.
+  /// Takes away a tetrahedron that has outer faces.
   bool peel(std::uint32_t t);
 
  private:
@@ -170,7 +172,7 @@ class Editor {
   /// Areas of the faces of a tetrahedron that nothing is beyond of, and of its others.
   struct OuterFaces {
     double outer = 0, other = 0;
-    int count = 0;              // of outer ones
+    std::size_t count = 0;      // of outer ones
     std::int32_t side = inner;  // of the largest outer one
     Across edges{};             // if there are two: what they have in common, and what the others have
   };

@@ -41,7 +41,8 @@ bool is_even(const std::array<std::uint32_t, 4>& p) {
 
 }  // namespace
 
-/// How far the nearest point is behind the face opposite of it, where a tetrahedron is turned over.
+/// How far the nearest point is from the plane of the face opposite of it: how thin a tetrahedron is, or by
+/// how much it is turned over.
 double Editor::depth(const std::array<std::uint32_t, 4>& p) const {
   const Point &a = points_[p[0]], &b = points_[p[1]], &c = points_[p[2]], &d = points_[p[3]];
   double largest = 0;
@@ -452,6 +453,7 @@ bool Editor::cross_edges(std::uint32_t t, const Across& edges) {
 Editor::OuterFaces Editor::outer_faces_of(std::uint32_t t) const {
   const Tetrahedron& tet = tetrahedra_[t];
   OuterFaces faces;
+  std::size_t others = 0;
   double largest = 0;
   for (int k = 0; k < 4; ++k) {
     const auto [a, b, c] = face_opposite(t, k);
@@ -459,11 +461,11 @@ Editor::OuterFaces Editor::outer_faces_of(std::uint32_t t) const {
     const bool is_outer =
         tet.side[k] != inner && sides_[static_cast<std::size_t>(tet.side[k])].other == PlaneSide::nothing;
     (is_outer ? faces.outer : faces.other) += own;
-    // The edge that two outer faces have in common is that of the points opposite of the others.
-    std::uint32_t& place =
-        faces.edges[is_outer ? 1 : 0][is_outer ? std::min(faces.count, 1) : std::min(k - faces.count, 1)];
-    place = tet.point[static_cast<std::size_t>(k)];
-    faces.count += is_outer ? 1 : 0;
+    // The edge that two faces have in common is that of the points opposite of the two others.
+    if (is_outer)
+      faces.edges[1][std::min<std::size_t>(faces.count++, 1)] = tet.point[static_cast<std::size_t>(k)];
+    else
+      faces.edges[0][std::min<std::size_t>(others++, 1)] = tet.point[static_cast<std::size_t>(k)];
     if (is_outer && (faces.side == inner || own > largest)) {
       faces.side = tet.side[k];
       largest = own;
@@ -475,11 +477,13 @@ Editor::OuterFaces Editor::outer_faces_of(std::uint32_t t) const {
 std::optional<double> Editor::depth_of_peel(std::uint32_t t) const {
   const OuterFaces faces = outer_faces_of(t);
   if (faces.side == inner) return std::nullopt;
-  // What faces out afterwards lies where something faced out before: no crack opens that is longer than that.
+  // Nearly in one plane, the faces cover each place twice. What faces out afterwards then lies on something
+  // that faced out before, or two outer faces lie on each other, and what is between them goes.
   const auto& p = tetrahedra_[t].point;
+  if (faces.count > 2) return depth(p);
   if (faces.count == 2)
     if (const auto gap = gap_between(faces.edges)) return gap;
-  if (faces.other <= faces.outer * (1 + 1e-6)) return depth(p);
+  if (tetrahedra_[t].shape <= 0 && faces.other <= faces.outer * (1 + 1e-6)) return depth(p);
   double longest = 0;
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t k = i + 1; k < 4; ++k) longest = std::max(longest, length(p[i], p[k]));

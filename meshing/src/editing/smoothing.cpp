@@ -136,7 +136,8 @@ bool Editor::smooth(std::uint32_t p) {
     }
   } else if (find_along(p); !along_.empty()) {
     attempt_some(here, middle_of(along_) - here, 0.5, 0.2);
-    // Towards and away from each neighbour: the worst tetrahedron may want that.
+    // Towards and away from each neighbour: the worst tetrahedron may want that. Between two points of the
+    // surface it is no farther off than these; beyond one of them it may be.
     if (place == here && before < 0.35)
       for (const std::uint32_t q : along_) {
         const Point way = points_[q] - here;

@@ -187,7 +187,9 @@ class Shaping {
         if (editor_.is_on_surface(u, v)) moved = std::max(moved, *gap / 2 + moved_along(u, v));
       if (moved > most || !editor_.cross_edges(t, edges)) continue;
       tell_move(moved);
-      raise(bent_at_, static_cast<std::uint32_t>(editor_.point_count() - 1), moved);
+      const auto m = static_cast<std::uint32_t>(editor_.point_count() - 1);
+      raise(bent_at_, m, moved);
+      for (const std::uint32_t q : p) bend(q, m, moved);
       ++report_.taken_away;
       return true;
     }
@@ -198,11 +200,13 @@ class Shaping {
     const auto depth = editor_.depth_of_peel(t);
     if (!depth) return false;
     const auto points = editor_.at(t).point;
+    const auto edges = edges_of(editor_.at(t));
     double moved = 0;
     for (const std::uint32_t p : points) moved = std::max(moved, *depth + moved_around(p));
     if (moved > clean_at(editor_.middle(t)) || !editor_.peel(t)) return false;
     tell_move(moved);
     for (const std::uint32_t p : points) raise(bent_at_, p, moved);
+    for (const auto& [u, v] : edges) bend(u, v, moved);
     ++report_.taken_away;
     return true;
   }
@@ -298,6 +302,10 @@ class Shaping {
     const auto bent = bent_.find({std::min(u, v), std::max(u, v)});
     return (bent == bent_.end() ? 0 : bent->second) + std::max(moved_at(u), moved_at(v));
   }
+  void bend(std::uint32_t u, std::uint32_t v, double length) {
+    double& of_edge = bent_[{std::min(u, v), std::max(u, v)}];
+    of_edge = std::max(of_edge, length);
+  }
   void tell_move(double length) { report_.largest_move = std::max(report_.largest_move, length); }
   static double value_of(const std::vector<double>& of_points, std::uint32_t p) {
     return p < of_points.size() ? of_points[p] : 0;
@@ -323,11 +331,12 @@ class Shaping {
     }
   }
 
-  /// From here on points become others than those that were moved, but the surface is where it was then.
+  /// From here on points become others than those that were moved, but the surface is where it is now.
   void remember_moves() {
-    for (std::uint32_t p = 0; p < bent_at_.size(); ++p)
-      if (bent_at_[p] > 0) raise(moved_, p, bent_at_[p]);
-    before_ = SurfaceMoves(editor_, moved_, options_.clean);
+    std::vector<double> moved(editor_.point_count(), 0);
+    for (std::uint32_t p = 0; p < moved.size(); ++p)
+      if (!editor_.star(p).empty() && editor_.kind(p) != Editor::inside) moved[p] = moved_around(p);
+    before_ = SurfaceMoves(editor_, moved, options_.clean);
     moved_.clear();
     bent_.clear();
     bent_at_.clear();
@@ -344,9 +353,11 @@ class Shaping {
       changed += std::ranges::any_of(edges, [&](const Pair& edge) {
         return std::ranges::any_of(points, [&](std::uint32_t m) {
           const auto& [u, v] = edge;
-          return m != u && m != v && editor_.is_on_surface(u, v) &&
-                 lead_through({std::min(u, v), std::max(u, v)}, m, clean_at(editor_.point(m)),
-                              Editor::Gain::no_more);
+          if (m == u || m == v) return false;
+          const auto distance = editor_.distance_from_edge(m, u, v);
+          const double most = clean_at(editor_.point(m));
+          return distance && *distance <= most && editor_.is_on_surface(u, v) &&
+                 lead_through({std::min(u, v), std::max(u, v)}, m, most, Editor::Gain::no_more);
         });
       });
     }
@@ -377,12 +388,10 @@ class Shaping {
     if (moved > clean_at(editor_.point(m))) return false;
     const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
     if (!editor_.lead_through(u, v, m, gain)) return false;
+    bend(u, m, bent);
+    bend(v, m, bent);
     for (const std::uint32_t p : around)
-      if (p == u || p == v || std::ranges::binary_search(around_v, p)) {
-        if (p == m) continue;
-        double& of_edge = bent_[{std::min(p, m), std::max(p, m)}];
-        of_edge = std::max(of_edge, bent);
-      }
+      if (p != m && std::ranges::binary_search(around_v, p)) bend(p, m, bent);
     raise(bent_at_, m, moved);
     ++report_.bent_edges;
     tell_move(moved);
@@ -409,6 +418,7 @@ class Shaping {
     else
       refine_well();
     clean();  // what that has brought near to each other; not in pieces: what they share stays
+    remember_moves();
     finish();
     report_.detail = wanted_.detail();
     report_.too_many = std::max(report_.too_many, wanted_.too_many());

@@ -111,16 +111,30 @@ void WantedLengths::find_finer() {
     return;
   }
   // Also where none were finer: the mesh has become finer since, and may show more.
-  const Details along = along_, shorts = short_;
-  for (Details* details : {&along_, &short_})
-    if (!details->is_full) details->least = std::max(finest, step * details->least);
-  if (along_.least == along.least && short_.least == shorts.least) return find(true);
-  if (fits()) return;
-  along_.least = along.least;
-  if (!std::exchange(along_.is_full, true) && fits()) return;
-  short_.least = shorts.least;
-  short_.is_full = true;
-  find(true);
+  const double along = along_.least, shorts = short_.least;
+  const auto finer = [](const Details& details) {
+    return details.is_full ? details.least : std::max(finest, step * details.least);
+  };
+  const double finer_along = finer(along_), finer_short = finer(short_);
+  if (finer_along == along && finer_short == shorts) return find(true);
+  const auto fits_with = [&](double least_along, double least_short) {
+    if (least_along == along && least_short == shorts) return false;
+    along_.least = least_along;
+    short_.least = least_short;
+    return fits();
+  };
+  if (fits_with(finer_along, finer_short)) return;
+  // One kind alone, or none. A combination that is the same as that before does not fit either.
+  if (finer_along != along && fits_with(along, finer_short)) {
+    along_.is_full = true;
+  } else if (finer_short != shorts && fits_with(finer_along, shorts)) {
+    short_.is_full = true;
+  } else {
+    along_.least = along;
+    short_.least = shorts;
+    along_.is_full = short_.is_full = true;
+    find(true);
+  }
 }
 
 /// Finds the lengths. @return whether that does not make too many tetrahedra.
@@ -172,7 +186,8 @@ void WantedLengths::find_wall(std::uint32_t t, std::size_t top) {
 /// where no moves are left for them, good ones would take too many tetrahedra.
 void WantedLengths::want_detail(std::uint32_t p, double thickness, double times, Details& details) {
   const double length = times * thickness;
-  if ((&details == &along_ && thickness < options_.clean) || !(wanted_[p] < infinity && length < wanted_[p]))
+  if ((details.leaves_out_cleaned && thickness < options_.clean) ||
+      !(wanted_[p] < infinity && length < wanted_[p]))
     return;
   const double least = details.least * size_at(p);
   details.is_cut = details.is_cut || length < least;

@@ -46,12 +46,13 @@ class WantedLengths {
   /// Details of one kind: those along strips and walls take tetrahedra by their length, short edges a few
   /// each.
   struct Details {
-    double least = 0;      ///< how fine they are, as a share of the length that the user wants
-    bool is_cut = false;   ///< some are finer than that
-    bool is_full = false;  ///< finer ones make too many tetrahedra
+    double least = 0;                 ///< how fine they are, as a share of the length that the user wants
+    bool is_cut = false;              ///< some are finer than that
+    bool is_full = false;             ///< finer ones make too many tetrahedra
+    bool leaves_out_cleaned = false;  ///< what is as thin as what is cleaned is none
     [[nodiscard]] bool may_be_finer() const;
   };
-  Details along_, short_;
+  Details along_{.leaves_out_cleaned = true}, short_;
   double too_many_ = 0;
   double without_details_ = 0;  ///< tetrahedra that are to be expected
 

@@ -37,7 +37,7 @@ std::string kind_of_other(std::string_view text) {
   for (const Kind& kind : kinds)
     if (text.starts_with(kind.beginning)) return std::string(kind.told);
   const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  return first != std::string_view::npos && text[first] == '<' ? "XML, not a model as text" : "";
+  return first != std::string_view::npos && text[first] == '<' ? "XML or HTML, not a model as text" : "";
 }
 
 /// What is no text would be read to its end, which /dev/zero does not have, and a snapshot of many gigabytes
@@ -49,8 +49,9 @@ void check_beginning_of_model(const std::string& text, const std::string& name) 
                 "it, 'bsp2 export' writes its mesh");
   if (const std::string other = kind_of_other(text); !other.empty()) {
     const std::string ending = lower_ending(name);
+    const bool is_of_text = ending.empty() || ending == ".csg" || ending == ".scad";
     throw Error(name + ": is " + other +
-                (other.starts_with("XML") && !ending.empty() ? ": " + why_not_read(ending) : ""));
+                (other.starts_with("XML") && !is_of_text ? ": " + why_not_read(ending) : ""));
   }
   constexpr std::string_view signature("\x89HDF\r\n\x1a\n", 8);
   std::size_t alike = 0;

@@ -38,14 +38,19 @@ std::array<Point3, 3> sorted(std::array<Point3, 3> corners) {
   return corners;
 }
 
+geometry::Box3 box_around(const Point3& a, const Point3& b, const Point3& c) {
+  geometry::Box3 box{a, a};
+  box.unite({b, b});
+  box.unite({c, c});
+  return box;
+}
+
 /// A place where some triangles of a surface cross it; where the others do, is not looked for.
 /// @param passed_over are as if they were not there.
 std::optional<MeshCrossing> crossing_of(const TriangleSurface& surface, const std::vector<Index>& some,
                                         const Triangles& passed_over, unsigned threads) {
   const auto box_of = [&](const Triangle& t) {
-    geometry::Box3 box{surface.points[t[0]], surface.points[t[0]]};
-    for (const Index corner : t) box.unite({surface.points[corner], surface.points[corner]});
-    return box;
+    return box_around(surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]);
   };
   std::vector<geometry::Box3> boxes;
   for (const Index i : some) boxes.push_back(box_of(surface.triangles[i]));
@@ -53,20 +58,35 @@ std::optional<MeshCrossing> crossing_of(const TriangleSurface& surface, const st
   TriangleMesh near;
   near.points = surface.points;
   for (const Triangle& t : surface.triangles) {
-    const auto corners = sorted({surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]});
-    if (passed_over.contains(corners)) continue;
-    if (tree.visit_meeting(box_of(t), [](Index) { return true; })) near.triangles.push_back(t);
+    if (!tree.visit_meeting(box_of(t), [](Index) { return true; })) continue;
+    if (passed_over.contains(sorted({surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]})))
+      continue;
+    near.triangles.push_back(t);
   }
   return self_crossing(near, threads);
 }
 
+/// Those of some triangles whose boxes meet that of another one.
+std::vector<Point3> corners_near(const TriangleSurface& surface, const std::vector<Index>& some,
+                                 const std::array<Point3, 3>& triangle) {
+  const geometry::Box3 box = box_around(triangle[0], triangle[1], triangle[2]);
+  std::vector<Point3> corners;
+  for (const Index i : some) {
+    const auto& [a, b, c] = surface.triangles[i];
+    if (box_around(surface.points[a], surface.points[b], surface.points[c]).meets(box))
+      corners.insert(corners.end(), {surface.points[a], surface.points[b], surface.points[c]});
+  }
+  return corners;
+}
+
 /// Fixes all corners that have become one of these places. @return whether any was not fixed before.
-bool fix(const SurfaceCleaner& cleaner, const std::vector<Point3>& places, std::vector<bool>& fixed) {
+bool fix(const SurfaceCleaner& cleaner, std::vector<Point3> places, std::vector<bool>& fixed) {
+  std::ranges::sort(places);
   bool is_new = false;
   for (Index i = 0; i < fixed.size(); ++i) {
     if (fixed[i]) continue;
     const Point3& now = cleaner.point(cleaner.representative(i));
-    if (std::ranges::find(places, now) == places.end()) continue;
+    if (!std::ranges::binary_search(places, now)) continue;
     fixed[i] = is_new = true;
   }
   return is_new;
@@ -169,14 +189,7 @@ CleanSurface cleaned(TriangleSurface surface, const CleanLength& length, unsigne
     std::vector<Index> changed;
     TriangleSurface now = cleaner.result(changed);
     if (Pieces(surface, cleaner).fix_turned(fixed)) continue;
-    std::optional<MeshCrossing> crossing;
-    std::vector<Point3> places;
-    do {
-      crossing = crossing_of(now, changed, crossing_before, threads);
-      if (!crossing) break;
-      places.assign(crossing->triangle.begin(), crossing->triangle.end());
-      places.insert(places.end(), crossing->other.begin(), crossing->other.end());
-    } while (!fix(cleaner, places, fixed) && crossing_before.insert(sorted(crossing->triangle)).second);
+    const auto crossing = crossing_of(now, changed, crossing_before, threads);
     if (!crossing) {
       result.cleaning = cleaner.cleaning();
       result.cleaning.crossing_before.assign(crossing_before.begin(), crossing_before.end());
@@ -186,6 +199,13 @@ CleanSurface cleaned(TriangleSurface surface, const CleanLength& length, unsigne
       result.surface = std::move(now);
       return result;
     }
+    std::vector<Point3> places(crossing->triangle.begin(), crossing->triangle.end());
+    places.insert(places.end(), crossing->other.begin(), crossing->other.end());
+    if (fix(cleaner, std::move(places), fixed)) continue;
+    // Nothing of it has changed. What comes near to it may not either: whether that crosses it is not found
+    // any more.
+    crossing_before.insert(sorted(crossing->triangle));
+    fix(cleaner, corners_near(now, changed, crossing->triangle), fixed);
   }
   result.cleaning.has_given_up = true;
   result.surface = std::move(surface);

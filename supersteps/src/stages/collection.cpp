@@ -209,12 +209,12 @@ std::string told(const CleaningReport& cleaning) {
 std::string told_of_crossings(const std::filesystem::path& path, const model::Cleaning& cleaning) {
   const auto& corner = cleaning.crossing_before.front().front();
   std::ostringstream text;
-  text << path.string() << ": "
-       << counted(cleaning.crossing_before.size(), "# triangle[s] [goes|go] through [another one|others]")
-       << ", the first at (" << corner[0] << ", " << corner[1] << ", " << corner[2]
-       << "), since the solid is as thin there as corners are rounded: programs that read the file may have "
-          "to "
-          "repair it";
+  text
+      << path.string() << ": "
+      << counted(cleaning.crossing_before.size(), "# triangle[s] [goes|go] through [another one|others]")
+      << " where something was cleaned, the first at (" << corner[0] << ", " << corner[1] << ", " << corner[2]
+      << "), and did so before, mostly since a solid is thinner than corners are rounded: programs that read "
+         "the file may repair it";
   return text.str();
 }
 

@@ -381,8 +381,9 @@ TEST_F(MeshFile, OtherKindsAreCalledByTheirNames) {
   EXPECT_EQ(refusal("m.zip", "PK\x03\x04 and more"), ": is a ZIP archive, not a model; unpack it");
   EXPECT_EQ(refusal("m.csg.gz", "\x1F\x8B\x08"), ": is compressed by gzip; unpack it");
   EXPECT_TRUE(refusal("m.dae", "\xEF\xBB\xBF <?xml version='1.0'?>")
-                  .starts_with(": is XML, not a model as text: files named *.dae are not read; "));
-  EXPECT_EQ(refusal("m", "<COLLADA>"), ": is XML, not a model as text");
+                  .starts_with(": is XML or HTML, not a model as text: files named *.dae are not read; "));
+  EXPECT_EQ(refusal("m", "<COLLADA>"), ": is XML or HTML, not a model as text");
+  EXPECT_EQ(refusal("m.csg", "<html>"), ": is XML or HTML, not a model as text");
   EXPECT_EQ(refusal("m.csg", "cube(1);"), "no error");
   EXPECT_EQ(refusal("m.scad", "\xEF\xBB\xBFuse <other.scad>\ncube(1);"), "no error");
   EXPECT_EQ(refusal("m.h5", "\x89HDX\r\n\x1a\n"),

@@ -362,7 +362,7 @@ TEST(Cleaning, GoesOnWhereASurfaceCrossesItselfBefore) {
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uint64_t merged = 0, crossing = 0;
-  const int rounds = samples::rounds(20);
+  const int rounds = samples::all_rounds(20);
   for (int round = 0; round < rounds; ++round) {
     TriangleSurface surface = cube_of_squares(6);
     const TriangleSurface other = surface;

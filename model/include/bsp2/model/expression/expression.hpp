@@ -225,7 +225,7 @@ struct Hull {
 
 /// All sums of a point of one operand and one of the other.
 struct MinkowskiSum {
-  bool passes_over_empty = false;  ///< with an empty operand it is the other one, and not empty as such a sum is
+  bool passes_over_empty = false;  ///< with an empty operand it is the other one, and not nothing
   friend bool operator==(const MinkowskiSum&, const MinkowskiSum&) = default;
 };
 

@@ -26,7 +26,7 @@ struct Cleaning {
   double moved = 0;                 ///< the farthest that a corner came
   double volume = 0;                ///< inside now, less what was inside before
   bool has_given_up = false;        ///< it would have crossed itself, or been inside out: it is as it was
-  /// Triangles that cross others near to what has changed, and did so before, since corners are rounded.
+  /// Triangles that cross others near to what has changed, and did so before: of each such pair one.
   std::vector<std::array<std::array<double, 3>, 3>> crossing_before;
   std::vector<std::int32_t> vanished;  ///< parts of which nothing is left, ascending
 
@@ -46,7 +46,8 @@ struct CleanSurface {
 /// face, or in the middle of an edge, are left out around what has changed. No corner moves farther than the
 /// length, nor does a face at such a triangle. The result is as closed as the surface was; where it closes
 /// parts, what is between two of them moves for both. Where it would cross itself by what has changed, which
-/// is looked for exactly, that stays as it was; where that is too much, everything. A piece that would be turned inside out stays, too.
+/// is looked for exactly, that stays as it was; where that is too much, everything. A piece that would be
+/// turned inside out stays, too.
 /// @param threads that look for crossings; the result is the same for any number.
 /// @return nothing changed: the surface itself.
 [[nodiscard]] CleanSurface cleaned(geometry::TriangleSurface surface, const CleanLength& length,

@@ -58,7 +58,7 @@ struct CleaningReport {
   double moved = 0;                 ///< the farthest that a corner came
   double volume_change = 0;
   bool has_given_up = false;    ///< the surface would have crossed itself, and is as it was
-  std::uint64_t crossings = 0;  ///< triangles that cross others, and did so before
+  std::uint64_t crossings = 0;  ///< triangles that cross others near to what has changed, and did so before
 };
 
 struct BoundaryReport {
