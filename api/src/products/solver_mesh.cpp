@@ -282,12 +282,12 @@ class SolverMeshMaker {
 
   void tell_what_moved(const meshing::ShapeReport& shaped, double clean, double volume) {
     std::string absorbed;
-    const auto add = [&](std::uint64_t count, const char* what) {
-      if (count > 0) absorbed += (absorbed.empty() ? "" : ", ") + counted(count, what);
-    };
-    add(shaped.moved_points, "# corner[s] of the solid [was|were] moved");
-    add(shaped.bent_edges, "# edge[s] [was|were] bent to lead through a corner");
-    add(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away");
+    const auto add = [&](const std::string& what) { absorbed += (absorbed.empty() ? "" : ", ") + what; };
+    if (shaped.moved_points > 0)
+      add(counted(shaped.moved_points, "# corner[s] of the solid [was|were] moved"));
+    if (shaped.bent_edges > 0)
+      add(counted(shaped.bent_edges, "# edge[s] [was|were] bent to lead through a corner"));
+    if (shaped.taken_away > 0) add(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away"));
     if (shaped.largest_move > 0)
       absorbed += fmt::format(", by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}",
                               shaped.largest_move, dashes_, clean);
