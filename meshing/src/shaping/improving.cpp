@@ -79,6 +79,7 @@ class Shaping {
   std::map<Pair, double> bent_;        // by edge: how far what it was was from it, at most
   std::vector<double> bent_at_;        // by point: how far edges were from it that lead through it, at most
   SurfaceMoves before_;                // see remember_moves
+  bool is_mending_ = false;            // see is_left
   std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
   WantedLengths wanted_{editor_, options_, shared_};
@@ -156,7 +157,12 @@ class Shaping {
   }
 
   /// Takes it away, and closes what that leaves open.
-  bool mend(std::uint32_t t) { return attach(t, 1, Editor::Gain::less) || cross_edges(t) || peel(t); }
+  bool mend(std::uint32_t t) {
+    is_mending_ = true;
+    const bool is_done = attach(t, 1, Editor::Gain::less) || cross_edges(t) || peel(t);
+    is_mending_ = false;
+    return is_done;
+  }
 
   /// Where a point of the tetrahedron is on one of its edges, the edge leads through the point.
   /// @param share of what is cleaned: so far from the edge it may be.
@@ -185,7 +191,7 @@ class Shaping {
       double moved = 0;  // of the surface at that point
       for (const auto& [u, v] : edges)
         if (editor_.is_on_surface(u, v)) moved = std::max(moved, *gap / 2 + moved_along(u, v));
-      if (moved > most || !editor_.cross_edges(t, edges)) continue;
+      if (!is_left(moved, *gap, most) || !editor_.cross_edges(t, edges)) continue;
       tell_move(moved);
       const auto m = static_cast<std::uint32_t>(editor_.point_count() - 1);
       raise(bent_at_, m, moved);
@@ -203,7 +209,9 @@ class Shaping {
     const auto edges = edges_of(editor_.at(t));
     double moved = 0;
     for (const std::uint32_t p : points) moved = std::max(moved, *depth + moved_around(p));
-    if (moved > clean_at(editor_.middle(t)) || !editor_.peel(t)) return false;
+    if (*depth > clean_at(editor_.middle(t)) || !is_left(moved, *depth, clean_at(editor_.middle(t))) ||
+        !editor_.peel(t))
+      return false;
     tell_move(moved);
     for (const std::uint32_t p : points) raise(bent_at_, p, moved);
     for (const auto& [u, v] : edges) bend(u, v, moved);
@@ -306,7 +314,16 @@ class Shaping {
     double& of_edge = bent_[{std::min(u, v), std::max(u, v)}];
     of_edge = std::max(of_edge, length);
   }
-  void tell_move(double length) { report_.largest_move = std::max(report_.largest_move, length); }
+  /// Whether a step of this length may be made with which that is moved in all. What is nothing but rounding
+  /// may be, and what takes a flat tetrahedron away, since with it there would be no mesh: that is told.
+  [[nodiscard]] bool is_left(double moved, double step, double most) const {
+    return moved <= most || is_mending_ || step <= as_good_as_on * most;
+  }
+  void tell_move(double length) {
+    const double most = options_.clean;
+    report_.largest_move = std::max(
+        report_.largest_move, length < (1 + 2 * as_good_as_on) * most ? std::min(length, most) : length);
+  }
   static double value_of(const std::vector<double>& of_points, std::uint32_t p) {
     return p < of_points.size() ? of_points[p] : 0;
   }
@@ -385,7 +402,7 @@ class Shaping {
     if (!distance || *distance > most) return false;
     if (!editor_.is_on_surface(u, v)) return editor_.lead_through(u, v, m, gain);
     const double moved = *distance + moved_along(u, v), bent = moved - std::max(moved_at(u), moved_at(v));
-    if (moved > clean_at(editor_.point(m))) return false;
+    if (!is_left(moved, *distance, clean_at(editor_.point(m)))) return false;
     const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
     if (!editor_.lead_through(u, v, m, gain)) return false;
     bend(u, m, bent);
