@@ -1,13 +1,13 @@
 /* BSPlib: bulk synchronous parallel programs in C.
  *
- * The interface of J. M. D. Hill et al., "BSPlib: The BSP programming library", Parallel Computing 24 (1998), on MPI.
- * What a function promises is said in the manual, docs/bsplib.md. Any mistake ends all processes with one message
- * that names the function, the process and the superstep.
+ * The interface of J. M. D. Hill et al., "BSPlib: The BSP programming library", Parallel Computing 24 (1998),
+ * on MPI. What a function promises is said in the manual, docs/bsplib.md. Any mistake ends all processes with
+ * one message that names the function, the process and the superstep.
  *
- * Dialects: sizes and process numbers are int, as in the paper. With BSP2_MULTICORE_BSP defined before the inclusion
- * they are size_t and unsigned int, as in MulticoreBSP for C (BSPONMPI_MCBSP_COMPAT, the name that BSPonMPI gives to
- * this, does the same). Both dialects may meet in one program. Programs that use bsp_pid_t, bsp_nprocs_t and
- * bsp_size_t compile in both.
+ * Dialects: sizes and process numbers are int, as in the paper. With BSP2_MULTICORE_BSP defined before the
+ * inclusion they are size_t and unsigned int, as in MulticoreBSP for C (BSPONMPI_MCBSP_COMPAT, the name that
+ * BSPonMPI gives to this, does the same). Both dialects may meet in one program. Programs that use bsp_pid_t,
+ * bsp_nprocs_t and bsp_size_t compile in both.
  */
 #ifndef BSP2_BSP_H
 #define BSP2_BSP_H
@@ -59,13 +59,13 @@ typedef int bsp_size_t;
 extern "C" {
 #endif
 
-/* --- Processes ---------------------------------------------------------------------------------------------- */
+/* --- Processes -------------------------------------------------------------------------------- */
 
-/* Says which function holds bsp_begin ... bsp_end, if main does something before. First statement of main. Processes
- * other than 0 run it from here and leave the program in here. */
+/* Says which function holds bsp_begin ... bsp_end, if main does something before. First statement of main.
+ * Processes other than 0 run it from here and leave the program in here. */
 void bsp_init(void (*spmd)(void), int argc, char** argv);
-/* Starts the parallel part with at most so many processes (what process 0 says counts); the others leave the program.
- * Collective, once. */
+/* Starts the parallel part with at most so many processes (what process 0 says counts); the others leave the
+ * program. Collective, once. */
 void bsp_begin(bsp_nprocs_t maxprocs);
 /* Ends it. Collective: an error if other processes still synchronize. */
 void bsp_end(void);
@@ -78,19 +78,20 @@ bsp_nprocs_t bsp_nprocs(void); /* before bsp_begin: how many there can be; after
 bsp_pid_t bsp_pid(void);
 double bsp_time(void); /* seconds since bsp_begin, on this process's clock */
 
-/* Ends the superstep. Collective. Order: gets read; gets write; puts write, by process number and then in the order of
- * the calls; registrations and the tag size change; messages are there. */
+/* Ends the superstep. Collective. Order: gets read; gets write; puts write, by process number and then in the
+ * order of the calls; registrations and the tag size change; messages are there. */
 void bsp_sync(void);
 
-/* --- Remote memory ------------------------------------------------------------------------------------------- */
+/* --- Remote memory ---------------------------------------------------------------------------- */
 
-/* Makes memory accessible under its address, from the next sync on. Collective; sizes may differ; NULL: no access. */
+/* Makes memory accessible under its address, from the next sync on. Collective; sizes may differ; NULL: no
+ * access. */
 void bsp_push_reg(const void* address, bsp_size_t nbytes);
 /* Takes back the newest registration of an address, at the next sync. Collective. */
 void bsp_pop_reg(const void* address);
 
-/* Writes to process pid, at the memory that it registered together with our dst. The source is read now. An access of no
- * bytes, here and below, looks at no memory, but the process must exist. */
+/* Writes to process pid, at the memory that it registered together with our dst. The source is read now. An
+ * access of no bytes, here and below, looks at no memory, but the process must exist. */
 void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes);
 /* Reads what will be at process pid, when all have called bsp_sync. */
 void bsp_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes);
@@ -104,12 +105,13 @@ void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp
  * superstep puts there is not. */
 void bsp_direct_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes);
 
-/* --- Messages ------------------------------------------------------------------------------------------------ */
+/* --- Messages --------------------------------------------------------------------------------- */
 
 /* Sets the size of tags, from the next superstep on. Collective. The size set before comes back. */
 void bsp_set_tagsize(bsp_size_t* tag_nbytes);
 void bsp_send(bsp_pid_t pid, const void* tag, const void* payload, bsp_size_t payload_nbytes);
-/* Messages left in the queue, and the bytes of their payloads. With BSP2_MULTICORE_BSP the second pointer may be NULL. */
+/* Messages left in the queue, and the bytes of their payloads. With BSP2_MULTICORE_BSP the second pointer may
+ * be NULL. */
 void bsp_qsize(bsp_nprocs_t* nmessages, bsp_size_t* accum_nbytes);
 /* Size of the first message's payload, -1 if there is none, and its tag. */
 void bsp_get_tag(bsp_size_t* status, void* tag);
@@ -118,7 +120,7 @@ void bsp_move(void* payload, bsp_size_t reception_nbytes);
 /* The same without a copy: where tag and payload are, until the next sync. -1 if there is no message. */
 bsp_size_t bsp_hpmove(void** tag, void** payload);
 
-/* --- Places -----------------------------------------------------------------------------------------------
+/* --- Places --------------------------------------------------------------------------------------
  */
 
 /* Where a superstep ends, for the profile (BSP2_PROFILE): the call leaves it here. Not an interface.
@@ -129,7 +131,7 @@ struct bsp2_place {
 };
 extern struct bsp2_place bsp2_here;
 
-/* --- Speed --------------------------------------------------------------------------------------------------- */
+/* --- Speed ------------------------------------------------------------------------------------ */
 
 #ifdef __GNUC__
 /* The runs (run.h) of the program, for processes with smaller numbers; not an interface. */
@@ -143,8 +145,8 @@ extern struct bsp2_messages bsp2_classic_messages;
 #endif
 
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(BSP2_NO_INLINE)
-/* A call that continues a run (run.h), or takes a message from one, is compiled into the program. Any other, and the address of a function, is that of
- * the library: the functions below only stand in for it. */
+/* A call that continues a run (run.h), or takes a message from one, is compiled into the program. Any other,
+ * and the address of a function, is that of the library: the functions below only stand in for it. */
 #define BSP2_TEXT_OF(name) #name
 #define BSP2_TEXT(name) BSP2_TEXT_OF(name)
 #define BSP2_LIBRARY(function) __asm__(BSP2_TEXT(__USER_LABEL_PREFIX__) BSP2_TEXT(function))
@@ -159,25 +161,29 @@ void bsp2_library_get_tag(bsp_size_t*, void*) BSP2_LIBRARY(bsp_get_tag);
 void bsp2_library_move(void*, bsp_size_t) BSP2_LIBRARY(bsp_move);
 bsp_size_t bsp2_library_hpmove(void**, void**) BSP2_LIBRARY(bsp_hpmove);
 
-BSP2_STAND_IN void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
+BSP2_STAND_IN void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset,
+                           bsp_size_t nbytes) {
   if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS)) {
     bsp2_library_put(pid, src, dst, offset, nbytes);
   } else {
     struct bsp2_put_run* run = &bsp2_classic_puts[pid];
-    if (BSP2_RARELY(!bsp2_continue_put(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes)) &&
+    if (BSP2_RARELY(
+            !bsp2_continue_put(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes)) &&
         !bsp2_scatter_put(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))
       bsp2_library_put(pid, src, dst, offset, nbytes);
   }
 }
 
 /* One that continues nothing is a put: the order among unbuffered ones is free. */
-BSP2_STAND_IN void bsp_hpput(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
+BSP2_STAND_IN void bsp_hpput(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset,
+                             bsp_size_t nbytes) {
   if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS)) {
     bsp2_library_hpput(pid, src, dst, offset, nbytes);
   } else {
     struct bsp2_reference_run* run = &bsp2_classic_hpputs[pid];
     struct bsp2_put_run* puts = &bsp2_classic_puts[pid];
-    if (BSP2_RARELY(!bsp2_continue_reference(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes)) &&
+    if (BSP2_RARELY(!bsp2_continue_reference(run, (size_t)run->name, (size_t)dst, (size_t)offset, src,
+                                             (size_t)nbytes)) &&
         (run->first != run->next ||
          !bsp2_scatter_put(puts, (size_t)puts->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes)))
       bsp2_library_hpput(pid, src, dst, offset, nbytes);
@@ -191,7 +197,8 @@ BSP2_STAND_IN void bsp_get(bsp_pid_t pid, const void* src, bsp_size_t offset, vo
     bsp2_library_get(pid, src, offset, dst, nbytes);
 }
 
-BSP2_STAND_IN void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
+BSP2_STAND_IN void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst,
+                             bsp_size_t nbytes) {
   if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS ||
                   !bsp2_continue_reference(&bsp2_classic_hpgets[pid], (size_t)bsp2_classic_hpgets[pid].name,
                                            (size_t)src, (size_t)offset, dst, (size_t)nbytes)))

@@ -1,5 +1,5 @@
-/* The name under which programs of MulticoreBSP for C include their BSPlib: <bsp.h> in their dialect (size_t and
- * unsigned int), or in that of the paper if they define MCBSP_COMPATIBILITY_MODE. */
+/* The name under which programs of MulticoreBSP for C include their BSPlib: <bsp.h> in their dialect (size_t
+ * and unsigned int), or in that of the paper if they define MCBSP_COMPATIBILITY_MODE. */
 #ifndef BSP2_MCBSP_H
 #define BSP2_MCBSP_H
 

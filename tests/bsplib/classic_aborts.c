@@ -10,9 +10,7 @@
 static const char* wanted;
 static int value;
 
-static int is(const char* name) {
-  return strcmp(wanted, name) == 0;
-}
+static int is(const char* name) { return strcmp(wanted, name) == 0; }
 
 static void vabort(const char* format, ...) {
   va_list arguments;
@@ -36,9 +34,7 @@ static void nothing(bsp_pid_t pid, bsp_size_t offset) {
   bsp_sync();
 }
 
-static void spmd_without_end(void) {
-  bsp_begin(bsp_nprocs());
-}
+static void spmd_without_end(void) { bsp_begin(bsp_nprocs()); }
 
 static void never_reached(void) {
   bsp_begin(bsp_nprocs());

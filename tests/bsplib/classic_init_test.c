@@ -1,5 +1,6 @@
 /* bsp_init: process 0 runs main before and after the parallel part, the others only the parallel part, and
- * fewer processes than there are take part. With OWN_MPI the program has started MPI before, and ends it where it comes back. */
+ * fewer processes than there are take part. With OWN_MPI the program has started MPI before, and ends it
+ * where it comes back. */
 #include <bsp.h>
 #ifdef OWN_MPI
 #include <mpi.h>

@@ -615,7 +615,8 @@ TEST(Resume, EndsWithTheCellsOfAnUninterruptedRunWhereConstructsEncloseRoundSoli
       hull() { symmetric_difference() { ball(3, 0.3, $fn = 12); cuboid([2, 0.2, 0.2]); } }
       ball(3, 0.4);
       projective([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0.2, 0, 1]])
-        nurbs(degree = [2, 1], points = [[[1, 0, 0.2], [1, 0, 0.4]], [[1, 1, 0.2], [1, 1, 0.4]], [[0, 1, 0.2], [0, 1, 0.4]]]);
+        nurbs(degree = [2, 1], points = [[[1, 0, 0.2], [1, 0, 0.4]], [[1, 1, 0.2], [1, 1, 0.4]],
+                                         [[0, 1, 0.2], [0, 1, 0.4]]]);
     })");
   RunOptions options = options_for(model, 8);
   options.collect = Collect::file;

@@ -146,10 +146,9 @@ TEST(ReportJson, ListsPartsWithColourAndVolume) {
                         {1, "red", supersteps::Rgba{255, 0, 0, 255}, 2},
                         {2, "rest", {}, 0}};
   const auto json = nlohmann::json::parse(to_json(report))["parts"];
-  EXPECT_EQ(
-      json.dump(),
-      R"([{"color":"#ff001080","name":"knob","part":0,"volume":0.5},{"color":"#ff0000","name":"red","part":1,"volume":2.0},)"
-      R"({"name":"rest","part":2,"volume":0.0}])");
+  EXPECT_EQ(json.dump(), R"([{"color":"#ff001080","name":"knob","part":0,"volume":0.5},)"
+                         R"({"color":"#ff0000","name":"red","part":1,"volume":2.0},)"
+                         R"({"name":"rest","part":2,"volume":0.0}])");
 }
 
 TEST(ReportJson, ListsOverlappingMeshes) {

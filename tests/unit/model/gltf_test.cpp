@@ -110,8 +110,8 @@ TEST(Gltf, NodesPlaceMeshes) {
   sample.nodes =
       R"([{"name": "all", "children": [1, 2], "scale": [0.001, 0.001, 0.001]},
           {"matrix": [2,0,0,0, 0,3,0,0, 0,0,4,0, 10,0,0,1], "mesh": 0},
-          {"name": "mirror", "scale": [-1, 1, 1], "translation": [0, 5, 0], "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476],
-           "mesh": 0}])";
+          {"name": "mirror", "scale": [-1, 1, 1], "translation": [0, 5, 0],
+           "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476], "mesh": 0}])";
   const ImportedParts parts = read(sample);
   ASSERT_EQ(parts.parts.size(), 2U);
   EXPECT_EQ(parts.parts[0].name, "m") << "a node without a name is called as its mesh";
@@ -129,8 +129,9 @@ TEST(Gltf, SparseAccessorsReplaceSome) {
   for (const float x : {2.0F, 0.0F, 0.0F}) append_number(sample.buffer, x);
   const std::string views = R"("bufferViews": [)";
   sample.positions =
-      R"({"bufferView": 0, "byteOffset": 4, "componentType": 5126, "count": 4, "type": "VEC3", "sparse": {"count": 1,
-          "indices": {"bufferView": 2, "componentType": 5121}, "values": {"bufferView": 2, "byteOffset": 4}}})";
+      R"({"bufferView": 0, "byteOffset": 4, "componentType": 5126, "count": 4, "type": "VEC3",
+          "sparse": {"count": 1, "indices": {"bufferView": 2, "componentType": 5121},
+                     "values": {"bufferView": 2, "byteOffset": 4}}})";
   std::string text = sample.text();
   text.insert(text.find(views) + views.size() + text.substr(text.find(views) + views.size()).find("}]") + 1,
               R"(, {"buffer": 0, "byteOffset": 84, "byteLength": 16})");

@@ -1,9 +1,9 @@
 /* Runs: the newest put, hpput, get, hpget and message to a rank, as long as the next call can continue them.
  *
- * A loop over neighbouring places is one access in many calls, a loop over messages of one size is one record. What
- * continues a run is compiled into the program, from here, and so is a put of one word that goes elsewhere in the same
- * memory; everything else goes to the library, which ends the run and begins another one. Not an interface for
- * programs. */
+ * A loop over neighbouring places is one access in many calls, a loop over messages of one size is one
+ * record. What continues a run is compiled into the program, from here, and so is a put of one word that goes
+ * elsewhere in the same memory; everything else goes to the library, which ends the run and begins another
+ * one. Not an interface for programs. */
 #ifndef BSP2_BSPLIB_RUN_H
 #define BSP2_BSPLIB_RUN_H
 
@@ -22,10 +22,12 @@
 #define BSP2_RARELY(condition) (condition)
 #endif
 
-/* The process that we write to has read this memory in an earlier superstep. Small writes would wait for every cache
- * line to come back from it; __builtin_prefetch does not ask for the right to write, unless told the processor. */
+/* The process that we write to has read this memory in an earlier superstep. Small writes would wait for
+ * every cache line to come back from it; __builtin_prefetch does not ask for the right to write, unless told
+ * the processor. */
 #if defined(__GNUC__) && defined(__x86_64__)
-/* Aligned: a loop with one that lies across two blocks of 32 bytes of instructions takes up to 2.4 times as long (Zen 5). */
+/* Aligned: a loop with one that lies across two blocks of 32 bytes of instructions takes up to 2.4 times as
+ * long (Zen 5). */
 #define BSP2_SOON_WRITTEN(place) __asm__ __volatile__(".p2align 3\n\tprefetchw %0" : : "m"(place))
 #elif defined(__GNUC__)
 #define BSP2_SOON_WRITTEN(place) __builtin_prefetch(&(place), 1)
@@ -43,9 +45,9 @@ struct bsp2_put_run {
   const void* name; /* the address by which a classic program knows the memory; NULL: none */
   size_t next;      /* where the run ends in the registration */
   size_t end;       /* how far it may go; 0: not at all, then next is 0, too */
-  size_t origin;    /* address in the stream that offset 0 would have; if `end` is 0, that of the next record */
-  unsigned slot;    /* number of its registration; all ones: none */
-  /* Of puts of 8 bytes to the same registration that do not continue the newest one, as long as `end` is 0: */
+  size_t origin; /* address in the stream that offset 0 would have; if `end` is 0, that of the next record */
+  unsigned slot; /* number of its registration; all ones: none */
+  /* Of puts of 8 bytes to the same registration that do not continue the newest one, while `end` is 0: */
   unsigned head;  /* of their records, beside the offset */
   size_t last;    /* where the newest put ends: one there begins a run */
   size_t limit;   /* offsets are below this */
@@ -58,7 +60,7 @@ struct bsp2_reference_run {
   size_t next;
   size_t end;
   const char* origin; /* where offset 0 would be in the memory of this rank */
-  size_t first;  /* where it began in the registration */
+  size_t first;       /* where it began in the registration */
   unsigned slot;
   unsigned pieced; /* whether it began with a small call */
 } BSP2_LINE;
@@ -66,22 +68,23 @@ struct bsp2_reference_run {
 /* Of messages to one queue with tags and payloads of one size: each call appends both to the stream. */
 struct bsp2_message_run {
   char* next;
-  char* ceiling;   /* messages begin below this address; NULL, as next: nothing continues the run */
-  size_t payload;  /* bytes, as in `tag` */
+  char* ceiling;  /* messages begin below this address; NULL, as next: nothing continues the run */
+  size_t payload; /* bytes, as in `tag` */
   size_t tag;
   size_t tag_room; /* the same, padded to 8 bytes */
-  size_t ahead;    /* how far a message is from its payload, if these lie one after the other (bsp2_is_ahead) */
+  size_t ahead; /* how far a message is from its payload, if these lie one after the other (bsp2_is_ahead) */
 } BSP2_LINE;
 
-/* Tables by rank. One a kind: the fields are then near the start of what a loop works on, its instructions shorter. */
+/* Tables by rank. One a kind: the fields are then near the start of what a loop works on, its instructions
+ * shorter. */
 struct bsp2_runs {
   struct bsp2_put_run* put;
   struct bsp2_reference_run *hpput, *get, *hpget;
   struct bsp2_message_run* send;
 };
 
-/* The messages of one size at the front of the queue of a classic program. Tag and payload follow each other, both
- * padded to 8 bytes. */
+/* The messages of one size at the front of the queue of a classic program. Tag and payload follow each other,
+ * both padded to 8 bytes. */
 struct bsp2_messages {
   const char* place; /* of the first one; NULL: the queue is empty */
   const char* last;  /* of the last one */
@@ -90,8 +93,8 @@ struct bsp2_messages {
   size_t ahead; /* bsp2_is_ahead */
 };
 
-/* Whether there are bytes, and all are before the end; from <= end. The end is that of memory, so a size known to be
- * small can be added to it. */
+/* Whether there are bytes, and all are before the end; from <= end. The end is that of memory, so a size
+ * known to be small can be added to it. */
 BSP2_INLINE int bsp2_fits(size_t from, size_t bytes, size_t end) {
 #ifdef __GNUC__
   if (__builtin_constant_p(bytes) && bytes - 1 < 4096) return from + bytes <= end;
@@ -99,8 +102,8 @@ BSP2_INLINE int bsp2_fits(size_t from, size_t bytes, size_t end) {
   return bytes - 1 < end - from;
 }
 
-/* The stream holds words of a type that the compiler keeps apart from what runs consist of, so a write to it does not
- * make it read a program's own variables again. */
+/* The stream holds words of a type that the compiler keeps apart from what runs consist of, so a write to it
+ * does not make it read a program's own variables again. */
 #ifdef __GNUC__
 __extension__ typedef unsigned long long bsp2_word __attribute__((__aligned__(1)));
 #define BSP2_COPY_WORD(place, source) (*(bsp2_word*)(place) = bsp2_word_at(source))
@@ -113,8 +116,8 @@ BSP2_INLINE bsp2_word bsp2_word_at(const void* source) {
 #define BSP2_COPY_WORD(place, source) BSP2_COPY(place, source, 8)
 #endif
 
-/* Where the size is not known, the compiler must not conclude from a branch for one size that smaller memory is
- * accessed, and warn the programmer of it. */
+/* Where the size is not known, the compiler must not conclude from a branch for one size that smaller memory
+ * is accessed, and warn the programmer of it. */
 #ifdef __GNUC__
 #define BSP2_HIDE(pointer) __asm__("" : "+r"(pointer))
 #define BSP2_IS_KNOWN(size) __builtin_constant_p(size)
@@ -142,8 +145,9 @@ BSP2_INLINE void bsp2_copy_part(char* place, const void* source, size_t bytes) {
   }
 }
 
-/* Both return whether the call is done. held, named: what tells the memory of the run and that of the call. A call costs
- * about three cycles: what is compared comes from memory by itself, and the processor joins each comparison with its branch. */
+/* Both return whether the call is done. held, named: what tells the memory of the run and that of the call. A
+ * call costs about three cycles: what is compared comes from memory by itself, and the processor joins each
+ * comparison with its branch. */
 BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t held, size_t named, size_t offset,
                                   const void* source, size_t bytes) {
   char* place;
@@ -185,13 +189,12 @@ BSP2_INLINE int bsp2_scatter_put(struct bsp2_put_run* run, size_t held, size_t n
 #endif
 }
 
-BSP2_INLINE size_t bsp2_padded(size_t bytes) {
-  return (bytes + 7) & ~(size_t)7;
-}
+BSP2_INLINE size_t bsp2_padded(size_t bytes) { return (bytes + 7) & ~(size_t)7; }
 
-/* Each message begins where a call before has said, in memory, that the last one ends, and would wait for that. But in a loop over
- * neighbouring elements it is always as far from the program's own memory `other`, which the processor knows at once. So the place is
- * foreseen, and what was read is only compared. Returns whether it is so; *place is then the foreseen one. */
+/* Each message begins where a call before has said, in memory, that the last one ends, and would wait for
+ * that. But in a loop over neighbouring elements it is always as far from the program's own memory `other`,
+ * which the processor knows at once. So the place is foreseen, and what was read is only compared. Returns
+ * whether it is so; *place is then the foreseen one. */
 BSP2_INLINE int bsp2_is_ahead(size_t ahead, const char** place, const void* other) {
 #ifdef __GNUC__
   const size_t guess = (size_t)other + ahead;
@@ -226,8 +229,8 @@ BSP2_INLINE int bsp2_continue_messages(struct bsp2_message_run* run, const void*
   return 1;
 }
 
-BSP2_INLINE int bsp2_continue_reference(struct bsp2_reference_run* run, size_t held, size_t named, size_t offset,
-                                        const void* local, size_t bytes) {
+BSP2_INLINE int bsp2_continue_reference(struct bsp2_reference_run* run, size_t held, size_t named,
+                                        size_t offset, const void* local, size_t bytes) {
   if (BSP2_RARELY(offset != run->next)) return 0;
   if (BSP2_RARELY(held != named)) return 0;
   /* As numbers: where offset 0 would be is not always memory of the program, and local may be NULL. */
