@@ -79,7 +79,6 @@ class Shaping {
   std::map<Pair, double> bent_;        // by edge: how far what it was was from it, at most
   std::vector<double> bent_at_;        // by point: how far edges were from it that lead through it, at most
   SurfaceMoves before_;                // see remember_moves
-  bool is_mending_ = false;            // see is_left
   std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
   WantedLengths wanted_{editor_, options_, shared_};
@@ -144,7 +143,7 @@ class Shaping {
     if (std::any_of(edges.begin(), edges.end(),
                     [&](const Pair& edge) { return merge_either(edge[0], edge[1], true); }))
       return true;
-    return attach(t, as_good_as_on, Editor::Gain::none_deeper);
+    return attach(t, as_good_as_on, Editor::Gain::none_deeper) || attach_around(t);
   }
 
   /// What is shorter than that there is absorbed.
@@ -157,12 +156,7 @@ class Shaping {
   }
 
   /// Takes it away, and closes what that leaves open.
-  bool mend(std::uint32_t t) {
-    is_mending_ = true;
-    const bool is_done = attach(t, 1, Editor::Gain::less) || cross_edges(t) || peel(t);
-    is_mending_ = false;
-    return is_done;
-  }
+  bool mend(std::uint32_t t) { return attach(t, 1, Editor::Gain::less) || cross_edges(t) || peel(t); }
 
   /// Where a point of the tetrahedron is on one of its edges, the edge leads through the point.
   /// @param share of what is cleaned: so far from the edge it may be.
@@ -176,6 +170,22 @@ class Shaping {
           ++report_.taken_away;
           return true;
         }
+    return false;
+  }
+
+  /// Where several points are on one line, those of the tetrahedron alone do not do: edges lead through any
+  /// that is on them, which makes the line a row of short edges, step by step.
+  bool attach_around(std::uint32_t t) {
+    for (const auto& [u, v] : edges_of(editor_.at(t))) {
+      const std::vector<std::uint32_t> at_u = editor_.neighbours(u), at_v = editor_.neighbours(v);
+      for (const std::uint32_t m : at_u) {
+        if (!std::ranges::binary_search(at_v, m)) continue;
+        const double most = as_good_as_on * clean_at(editor_.point(m));
+        if (!lead_through({std::min(u, v), std::max(u, v)}, m, most, Editor::Gain::none_deeper)) continue;
+        ++report_.taken_away;
+        return true;
+      }
+    }
     return false;
   }
 
@@ -209,9 +219,7 @@ class Shaping {
     const auto edges = edges_of(editor_.at(t));
     double moved = 0;
     for (const std::uint32_t p : points) moved = std::max(moved, *depth + moved_around(p));
-    if (*depth > clean_at(editor_.middle(t)) || !is_left(moved, *depth, clean_at(editor_.middle(t))) ||
-        !editor_.peel(t))
-      return false;
+    if (!is_left(moved, *depth, clean_at(editor_.middle(t))) || !editor_.peel(t)) return false;
     tell_move(moved);
     for (const std::uint32_t p : points) raise(bent_at_, p, moved);
     for (const auto& [u, v] : edges) bend(u, v, moved);
@@ -285,8 +293,9 @@ class Shaping {
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)}) {
       const bool is_told = editor_.kind(from) != Editor::inside;
       const double moved = is_told ? length + moved_around(from) : 0;
-      if (std::max(length, moved) > options_.clean || std::max(length, moved) > clean_between(u, v) ||
-          !editor_.merge(from, to, may_leave_more))
+      // A point inside may go as far as it likes where nothing else has helped: that moves no surface.
+      const double far = is_told || !may_leave_more ? std::max(length, moved) : 0;
+      if (far > options_.clean || far > clean_between(u, v) || !editor_.merge(from, to, may_leave_more))
         continue;
       if (!is_told) return true;
       raise(moved_, to, std::max(moved, moved_at(to)));
@@ -314,15 +323,14 @@ class Shaping {
     double& of_edge = bent_[{std::min(u, v), std::max(u, v)}];
     of_edge = std::max(of_edge, length);
   }
-  /// Whether a step of this length may be made with which that is moved in all. What is nothing but rounding
-  /// may be, and what takes a flat tetrahedron away, since with it there would be no mesh: that is told.
-  [[nodiscard]] bool is_left(double moved, double step, double most) const {
-    return moved <= most || is_mending_ || step <= as_good_as_on * most;
+  /// Whether a step of this length may be made with which that is moved in all: what is nothing but rounding
+  /// may.
+  static bool is_left(double moved, double step, double most) {
+    return moved <= most || step <= as_good_as_on * most;
   }
+  /// @param length without what is nothing but rounding: never more than is cleaned.
   void tell_move(double length) {
-    const double most = options_.clean;
-    report_.largest_move = std::max(
-        report_.largest_move, length < (1 + 2 * as_good_as_on) * most ? std::min(length, most) : length);
+    report_.largest_move = std::max(report_.largest_move, std::min(length, options_.clean));
   }
   static double value_of(const std::vector<double>& of_points, std::uint32_t p) {
     return p < of_points.size() ? of_points[p] : 0;
