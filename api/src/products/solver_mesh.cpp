@@ -249,6 +249,7 @@ class SolverMeshMaker {
                                   .size_of_part = sizes_of_parts(),
                                   .field = field_,
                                   .growth = options_.growth,
+                                  .steepest_growth = steepest_growth(),
                                   .threads = result_.report.threads};
     // What is truly round is refined to a tolerance: farther than some of these nothing is moved.
     constexpr double far = 4;
@@ -315,6 +316,11 @@ class SolverMeshMaker {
     return sum;
   }
 
+  /// Whoever asks for edges that grow slowly gets them everywhere.
+  [[nodiscard]] double steepest_growth() const {
+    constexpr double steep = 1;
+    return options_.growth < SolverMeshOptions{}.growth ? options_.growth : std::max(steep, options_.growth);
+  }
   [[nodiscard]] std::vector<double> sizes_of_parts() const {
     std::vector<double> sizes(result_.part_names.size(), 0);
     for (const auto& [name, size] : options_.part_sizes) {

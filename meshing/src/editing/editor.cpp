@@ -1,6 +1,9 @@
 #include "editing/editor.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
 #include <utility>
 
 #include "bsp2/geometry/support/interruption.hpp"
@@ -216,6 +219,23 @@ Editor::Ring Editor::ring_of(std::uint32_t u, std::uint32_t v) const {
     }
   }
   return ring;
+}
+
+double Editor::smallest_wedge(std::uint32_t u, std::uint32_t v) const {
+  const Point along = points_[v] - points_[u];
+  std::map<std::int32_t, double> angles;  // by part
+  for (const std::uint32_t t : ring_of(u, v).tetrahedra) {
+    const Tetrahedron& tet = tetrahedra_[t];
+    std::array<Point, 2> normal;  // of the faces at the edge
+    std::size_t n = 0;
+    for (const std::uint32_t p : tet.point)
+      if (p != u && p != v) normal[n++] = cross(along, points_[p] - points_[u]);
+    const Point across = cross(normal[0], normal[1]);
+    angles[tet.part] += std::atan2(std::sqrt(dot(across, across)), dot(normal[0], normal[1]));
+  }
+  double smallest = 2 * std::numbers::pi;
+  for (const auto& [part, angle] : angles) smallest = std::min(smallest, angle);
+  return smallest;
 }
 
 /// The sides that meet in an edge, ascending. Edges with the same ones, of two planes at least, are on one

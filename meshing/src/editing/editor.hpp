@@ -58,8 +58,9 @@ class Editor {
   void find_neighbours(std::uint32_t p, std::vector<std::uint32_t>& all) const;
   [[nodiscard]] double length(std::uint32_t u, std::uint32_t v) const;
   [[nodiscard]] double volume(std::uint32_t t) const;
-  /// How far a point is from the segment between two others; nothing if no point inside of that is the
-  /// nearest.
+  /// The point of the segment between two others that is nearest to a point; nothing if that is an end.
+  [[nodiscard]] std::optional<Point> foot_on_edge(std::uint32_t m, std::uint32_t u, std::uint32_t v) const;
+  /// How far it is from there.
   [[nodiscard]] std::optional<double> distance_from_edge(std::uint32_t m, std::uint32_t u,
                                                          std::uint32_t v) const;
   /// Whether an edge is one of the solid: it is on sides, and not on one alone that goes on across it.
@@ -71,6 +72,8 @@ class Editor {
   [[nodiscard]] bool is_on_surface(std::uint32_t u, std::uint32_t v) const {
     return !ring_of(u, v).is_inside();
   }
+  /// The smallest angle that a part of the solid has at an edge, in radians.
+  [[nodiscard]] double smallest_wedge(std::uint32_t u, std::uint32_t v) const;
   [[nodiscard]] double worst_at(std::uint32_t p) const;
   [[nodiscard]] const PlaneSide& side(std::int32_t number) const {
     return sides_[static_cast<std::size_t>(number)];

@@ -389,13 +389,19 @@ void Editor::divide(Change& change, std::uint32_t u, std::uint32_t v, std::uint3
   }
 }
 
-std::optional<double> Editor::distance_from_edge(std::uint32_t m, std::uint32_t u, std::uint32_t v) const {
+std::optional<Point> Editor::foot_on_edge(std::uint32_t m, std::uint32_t u, std::uint32_t v) const {
   const Point along = points_[v] - points_[u], from = points_[m] - points_[u];
   const double share = dot(along, from) / dot(along, along);
   if (!(share > 0 && share < 1)) return std::nullopt;
   Point foot;
   for (std::size_t k = 0; k < 3; ++k) foot[k] = points_[u][k] + share * along[k];
-  return std::sqrt(squared_distance(foot, points_[m]));
+  return foot;
+}
+
+std::optional<double> Editor::distance_from_edge(std::uint32_t m, std::uint32_t u, std::uint32_t v) const {
+  const auto foot = foot_on_edge(m, u, v);
+  if (!foot) return std::nullopt;
+  return std::sqrt(squared_distance(*foot, points_[m]));
 }
 
 bool Editor::lead_through(std::uint32_t u, std::uint32_t v, std::uint32_t m, Gain gain) {

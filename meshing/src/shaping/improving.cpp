@@ -6,6 +6,7 @@
 
 #include "bsp2/geometry/support/interruption.hpp"
 #include "editing/editor.hpp"
+#include "shaping/displacement.hpp"
 #include "shaping/pieces.hpp"
 #include "shaping/sizing.hpp"
 #include "shaping/surface_moves.hpp"
@@ -75,9 +76,9 @@ class Shaping {
   const ShapeOptions& options_;
   Editor editor_;
   ShapeReport report_;
-  std::vector<double> moved_;          // how far what has become this point was moved, at most
-  std::map<Pair, double> bent_;        // by edge: how far what it was was from it, at most
-  std::vector<double> bent_at_;        // by point: how far edges were from it that lead through it, at most
+  std::vector<Displacement> moved_;    // of what has become this point
+  std::map<Pair, Displacement> bent_;  // by edge: of what has become it, besides that of its ends
+  std::vector<Displacement> bent_at_;  // by point: of edges that lead through it
   SurfaceMoves before_;                // see remember_moves
   std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
@@ -198,9 +199,9 @@ class Shaping {
           Editor::Across{{{p[0], p[3]}, {p[1], p[2]}}}}) {
       const auto gap = editor_.gap_between(edges);
       if (!gap || *gap > most) continue;
-      double moved = 0;  // of the surface at that point
+      Displacement moved;  // of the surface at that point
       for (const auto& [u, v] : edges)
-        if (editor_.is_on_surface(u, v)) moved = std::max(moved, *gap / 2 + moved_along(u, v));
+        if (editor_.is_on_surface(u, v)) moved.unite(moved_along(u, v).then_within(*gap / 2));
       if (!is_left(moved, *gap, most) || !editor_.cross_edges(t, edges)) continue;
       tell_move(moved);
       const auto m = static_cast<std::uint32_t>(editor_.point_count() - 1);
@@ -217,8 +218,8 @@ class Shaping {
     if (!depth) return false;
     const auto points = editor_.at(t).point;
     const auto edges = edges_of(editor_.at(t));
-    double moved = 0;
-    for (const std::uint32_t p : points) moved = std::max(moved, *depth + moved_around(p));
+    Displacement moved;
+    for (const std::uint32_t p : points) moved.unite(moved_around(p).then_within(*depth));
     if (!is_left(moved, *depth, clean_at(editor_.middle(t))) || !editor_.peel(t)) return false;
     tell_move(moved);
     for (const std::uint32_t p : points) raise(bent_at_, p, moved);
@@ -249,16 +250,18 @@ class Shaping {
     for (double share = least; share <= 1; share /= step)
       for (int k = 0; k < 4; ++k) {
         const std::uint32_t p = points[static_cast<std::size_t>(k)];
-        const double length = share * (clean_at(editor_.point(p)) - moved_around(p));
+        const double length = share * (clean_at(editor_.point(p)) - moved_around(p).length());
         const Point across = normal_of_face(points, k);
         for (const double side : {length, -length}) {
-          Point to = editor_.point(p);
+          const Point from = editor_.point(p);
+          Point to = from;
           for (std::size_t axis = 0; axis < 3; ++axis) to[axis] += side * across[axis];
           if (!(length > 0) || !editor_.nudge(p, to)) continue;
           if (editor_.kind(p) != Editor::inside) {
-            if (value_of(moved_, p) == 0) ++report_.moved_points;
-            raise(moved_, p, moved_around(p) + length);
-            tell_move(moved_at(p));
+            const Displacement moved = moved_around(p).then(to - from);
+            if (of_point(moved_, p).is_none()) ++report_.moved_points;
+            raise(moved_, p, moved);
+            tell_move(moved);
           }
           return true;
         }
@@ -292,13 +295,14 @@ class Shaping {
     const double length = editor_.length(u, v);
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)}) {
       const bool is_told = editor_.kind(from) != Editor::inside;
-      const double moved = is_told ? length + moved_around(from) : 0;
+      const Displacement moved =
+          is_told ? moved_around(from).then(editor_.point(to) - editor_.point(from)) : Displacement();
       // A point inside may go as far as it likes where nothing else has helped: that moves no surface.
-      const double far = is_told || !may_leave_more ? std::max(length, moved) : 0;
+      const double far = is_told || !may_leave_more ? std::max(length, moved.length()) : 0;
       if (far > options_.clean || far > clean_between(u, v) || !editor_.merge(from, to, may_leave_more))
         continue;
       if (!is_told) return true;
-      raise(moved_, to, std::max(moved, moved_at(to)));
+      raise(moved_, to, moved);
       ++report_.moved_points;
       tell_move(moved);
       return true;
@@ -306,38 +310,45 @@ class Shaping {
     return false;
   }
 
-  [[nodiscard]] double moved_at(std::uint32_t p) const {
-    const double since = value_of(moved_, p);
-    return editor_.kind(p) == Editor::inside ? since : std::max(since, before_.at(editor_.point(p)));
+  [[nodiscard]] Displacement moved_at(std::uint32_t p) const {
+    Displacement moved = of_point(moved_, p);
+    if (editor_.kind(p) != Editor::inside) moved.unite(before_.at(editor_.point(p)));
+    return moved;
   }
-  /// That, and how far edges were from it that lead through it.
-  [[nodiscard]] double moved_around(std::uint32_t p) const {
-    return std::max(moved_at(p), value_of(bent_at_, p));
+  /// That, and that of edges that lead through it.
+  [[nodiscard]] Displacement moved_around(std::uint32_t p) const {
+    Displacement moved = moved_at(p);
+    moved.unite(of_point(bent_at_, p));
+    return moved;
   }
-  /// How far what is this edge was from it, at most.
-  [[nodiscard]] double moved_along(std::uint32_t u, std::uint32_t v) const {
+  /// Of what is this edge.
+  [[nodiscard]] Displacement moved_along(std::uint32_t u, std::uint32_t v) const {
+    Displacement moved = moved_at(u);
+    moved.unite(moved_at(v));
+    return moved.then_as(bent_along(u, v));
+  }
+  [[nodiscard]] Displacement bent_along(std::uint32_t u, std::uint32_t v) const {
     const auto bent = bent_.find({std::min(u, v), std::max(u, v)});
-    return (bent == bent_.end() ? 0 : bent->second) + std::max(moved_at(u), moved_at(v));
+    return bent == bent_.end() ? Displacement() : bent->second;
   }
-  void bend(std::uint32_t u, std::uint32_t v, double length) {
-    double& of_edge = bent_[{std::min(u, v), std::max(u, v)}];
-    of_edge = std::max(of_edge, length);
+  void bend(std::uint32_t u, std::uint32_t v, const Displacement& bent) {
+    bent_[{std::min(u, v), std::max(u, v)}].unite(bent);
   }
   /// Whether a step of this length may be made with which that is moved in all: what is nothing but rounding
   /// may.
-  static bool is_left(double moved, double step, double most) {
-    return moved <= most || step <= as_good_as_on * most;
+  static bool is_left(const Displacement& moved, double step, double most) {
+    return moved.length() <= most || step <= as_good_as_on * most;
   }
-  /// @param length without what is nothing but rounding: never more than is cleaned.
-  void tell_move(double length) {
-    report_.largest_move = std::max(report_.largest_move, std::min(length, options_.clean));
+  /// Without what is nothing but rounding: never more than is cleaned.
+  void tell_move(const Displacement& moved) {
+    report_.largest_move = std::max(report_.largest_move, std::min(moved.length(), options_.clean));
   }
-  static double value_of(const std::vector<double>& of_points, std::uint32_t p) {
-    return p < of_points.size() ? of_points[p] : 0;
+  static Displacement of_point(const std::vector<Displacement>& of_points, std::uint32_t p) {
+    return p < of_points.size() ? of_points[p] : Displacement();
   }
-  void raise(std::vector<double>& of_points, std::uint32_t p, double length) const {
-    if (p >= of_points.size()) of_points.resize(editor_.point_count(), 0);
-    of_points[p] = std::max(of_points[p], length);
+  void raise(std::vector<Displacement>& of_points, std::uint32_t p, const Displacement& moved) const {
+    if (p >= of_points.size()) of_points.resize(editor_.point_count());
+    of_points[p].unite(moved);
   }
 
   void clean() {
@@ -358,7 +369,7 @@ class Shaping {
 
   /// From here on points become others than those that were moved, but the surface is where it is now.
   void remember_moves() {
-    std::vector<double> moved(editor_.point_count(), 0);
+    std::vector<Displacement> moved(editor_.point_count());
     for (std::uint32_t p = 0; p < moved.size(); ++p)
       if (!editor_.star(p).empty() && editor_.kind(p) != Editor::inside) moved[p] = moved_around(p);
     before_ = SurfaceMoves(editor_, moved, options_.clean);
@@ -406,11 +417,14 @@ class Shaping {
   /// the surface.
   bool lead_through(const Pair& edge, std::uint32_t m, double most, Editor::Gain gain) {
     const auto& [u, v] = edge;
-    const auto distance = editor_.distance_from_edge(m, u, v);
-    if (!distance || *distance > most) return false;
+    const auto foot = editor_.foot_on_edge(m, u, v);
+    if (!foot) return false;
+    const Point step = editor_.point(m) - *foot;
+    const double length = std::sqrt(dot(step, step));
+    if (length > most) return false;
     if (!editor_.is_on_surface(u, v)) return editor_.lead_through(u, v, m, gain);
-    const double moved = *distance + moved_along(u, v), bent = moved - std::max(moved_at(u), moved_at(v));
-    if (!is_left(moved, *distance, clean_at(editor_.point(m)))) return false;
+    const Displacement moved = moved_along(u, v).then(step), bent = bent_along(u, v).then_up_to(step);
+    if (!is_left(moved, length, clean_at(editor_.point(m)))) return false;
     const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
     if (!editor_.lead_through(u, v, m, gain)) return false;
     bend(u, m, bent);
@@ -450,7 +464,7 @@ class Shaping {
   }
 
   void refine_well() {
-    for (int pass = 0; pass < 6; ++pass) {
+    for (int pass = 0; pass < 10; ++pass) {
       arrange();
       const auto before = static_cast<double>(editor_.count());
       wanted_.find_finer();

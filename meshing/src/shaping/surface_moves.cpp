@@ -35,7 +35,7 @@ std::array<double, 3> nearest_weights(const std::array<Point, 3>& corner, const 
 
 }  // namespace
 
-SurfaceMoves::SurfaceMoves(const Editor& editor, const std::vector<double>& moved, double reach)
+SurfaceMoves::SurfaceMoves(const Editor& editor, const std::vector<Displacement>& moved, double reach)
     : reach_(reach) {
   /// How far points of a side lie along its normal.
   struct Extent {
@@ -52,7 +52,7 @@ SurfaceMoves::SurfaceMoves(const Editor& editor, const std::vector<double>& move
           if (k == face) continue;
           const std::uint32_t p = tet.point[k];
           triangle.corner[n] = editor.point(p);
-          triangle.moved[n++] = p < moved.size() ? moved[p] : 0;
+          triangle.moved[n++] = p < moved.size() ? moved[p] : Displacement();
         }
         visit(tet.side[face], extents[static_cast<std::size_t>(tet.side[face])], triangle);
       }
@@ -67,9 +67,13 @@ SurfaceMoves::SurfaceMoves(const Editor& editor, const std::vector<double>& move
   });
   std::vector<geometry::Box3> boxes;
   for_each_face([&](std::int32_t, const Extent& extent, Triangle triangle) {
-    const double most = std::ranges::max(triangle.moved);
-    if (most == 0) return;
-    if (extent.high - extent.low > flat * reach) triangle.moved.fill(most);
+    if (std::ranges::all_of(triangle.moved, &Displacement::is_none)) return;
+    if (extent.high - extent.low > flat * reach) {
+      Displacement of_any = triangle.moved[0];
+      of_any.unite(triangle.moved[1]);
+      of_any.unite(triangle.moved[2]);
+      triangle.moved.fill(of_any);
+    }
     geometry::Box3 box{triangle.corner[0], triangle.corner[0]};
     box.unite({triangle.corner[1], triangle.corner[1]});
     box.unite({triangle.corner[2], triangle.corner[2]});
@@ -79,14 +83,14 @@ SurfaceMoves::SurfaceMoves(const Editor& editor, const std::vector<double>& move
   if (!boxes.empty()) tree_.emplace(std::move(boxes));
 }
 
-double SurfaceMoves::at(const Point& place) const {
-  if (!tree_) return 0;
+Displacement SurfaceMoves::at(const Point& place) const {
+  if (!tree_) return {};
   geometry::Box3 around{place, place};
   for (std::size_t k = 0; k < 3; ++k) {
     around.low[k] -= reach_;
     around.high[k] += reach_;
   }
-  double most = 0;
+  Displacement all;
   tree_->visit_meeting(around, [&](std::uint32_t i) {
     const Triangle& triangle = triangles_[i];
     const std::array<double, 3> weight = nearest_weights(triangle.corner, place);
@@ -94,10 +98,10 @@ double SurfaceMoves::at(const Point& place) const {
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t axis = 0; axis < 3; ++axis) nearest[axis] += weight[k] * triangle.corner[k][axis];
     if (squared_distance(nearest, place) <= reach_ * reach_)
-      most = std::max(most, dot(weight, triangle.moved));
+      all.unite(Displacement::mean(triangle.moved, weight));
     return false;
   });
-  return most;
+  return all;
 }
 
 }  // namespace bsp2::meshing

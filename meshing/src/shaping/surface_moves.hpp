@@ -6,6 +6,7 @@
 
 #include "bsp2/geometry/support/box_tree.hpp"
 #include "editing/editor.hpp"
+#include "shaping/displacement.hpp"
 
 namespace bsp2::meshing {
 
@@ -18,17 +19,16 @@ namespace bsp2::meshing {
 class SurfaceMoves {
  public:
   SurfaceMoves() = default;
-  /// @param moved of each point, how far it was moved at most. @param reach how far a place may be from where
-  /// it is on the surface.
-  SurfaceMoves(const Editor& editor, const std::vector<double>& moved, double reach);
+  /// @param moved of each point. @param reach how far a place may be from where it is on the surface.
+  SurfaceMoves(const Editor& editor, const std::vector<Displacement>& moved, double reach);
 
-  /// How far the surface was moved there, at most.
-  [[nodiscard]] double at(const Point& place) const;
+  /// Of the surface there.
+  [[nodiscard]] Displacement at(const Point& place) const;
 
  private:
   struct Triangle {
     std::array<Point, 3> corner;
-    std::array<double, 3> moved;
+    std::array<Displacement, 3> moved;
   };
   double reach_ = 0;
   std::vector<Triangle> triangles_;

@@ -17,9 +17,13 @@ using geometry::Interruption;
 
 // As long may edges be where the solid is as thin as 1: along strips and short edges, and of walls.
 constexpr double of_details = 4, of_walls = 6;
+// And beside an edge of the solid by how thick it is there: where its angle is less than the one from which
+// on that says more than the strip's width, and above the one below which no tetrahedron is good anyway.
+constexpr double of_wedges = 8, blunt = 0.5236, sharp = 0.1745;
 // Details of a length that is this share of the wanted one are refined for at first; then by step and step
 // finer ones, but no finer than that: what is coarse is of good shape then, and what is fine goes over to it.
-constexpr double coarsest = 1.0 / 16, step = 1.0 / 8, finest = 1.0 / 65536;
+// Where that makes too many tetrahedra, steps are smaller.
+constexpr double coarsest = 1.0 / 16, finest = 1.0 / 65536, largest_step = 1.0 / 8, smallest_step = 1.0 / 2;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The mean of the inverse cubes of a number that goes linearly from corner to corner of a tetrahedron: the
@@ -87,7 +91,7 @@ void WantedLengths::find(bool with_details, bool from_seams) {
   }
   if (with_details) {
     for (Details* details : {&along_, &short_}) {
-      if (details->least == 0) details->least = coarsest;
+      if (details->least == 0) details->begin();
       details->is_cut = false;
     }
     find_short_edges();
@@ -101,40 +105,62 @@ void WantedLengths::find(bool with_details, bool from_seams) {
   grow(std::move(known));
 }
 
-bool WantedLengths::Details::may_be_finer() const { return is_cut && !is_full && least > finest; }
+void WantedLengths::Details::begin() {
+  least = coarsest;
+  step = largest_step;
+}
+
+void WantedLengths::Details::take_smaller_steps() { step *= 2; }
+
+bool WantedLengths::Details::may_be_finer() const { return is_cut && step < 1 && least > finest; }
+
+double WantedLengths::Details::finer() const { return step < 1 ? std::max(finest, step * least) : least; }
 
 void WantedLengths::find_finer() {
   if (without_details_ == 0) {
-    along_.least = short_.least = coarsest;
+    along_.begin();
+    short_.begin();
     find(true);
     without_details_ = expected();
     return;
   }
   // Also where none were finer: the mesh has become finer since, and may show more.
+  if (find_finer_that_fit()) return;
+  find(true);
+  if (!(along_.is_cut || short_.is_cut) || growth_ >= options_.steepest_growth) return;
+  growth_ = options_.steepest_growth;
+  along_.step = short_.step = smallest_step;
+  too_many_ = 0;
+  if (!find_finer_that_fit()) find(true);
+}
+
+/// @return whether there are any. If not, lengths are to be found again.
+bool WantedLengths::find_finer_that_fit() {
   const double along = along_.least, shorts = short_.least;
-  const auto finer = [](const Details& details) {
-    return details.is_full ? details.least : std::max(finest, step * details.least);
-  };
-  const double finer_along = finer(along_), finer_short = finer(short_);
-  if (finer_along == along && finer_short == shorts) return find(true);
-  const auto fits_with = [&](double least_along, double least_short) {
-    if (least_along == along && least_short == shorts) return false;
-    along_.least = least_along;
-    short_.least = least_short;
-    return fits();
-  };
-  if (fits_with(finer_along, finer_short)) return;
-  // One kind alone, or none. A combination that is the same as that before does not fit either.
-  if (finer_along != along && fits_with(along, finer_short)) {
-    along_.is_full = true;
-  } else if (finer_short != shorts && fits_with(finer_along, shorts)) {
-    short_.is_full = true;
-  } else {
+  while (along_.finer() < along || short_.finer() < shorts) {
+    const double finer_along = along_.finer(), finer_short = short_.finer();
+    if (fits_with(finer_along, finer_short)) return true;
+    const bool are_both = finer_along < along && finer_short < shorts;
+    if (are_both && fits_with(along, finer_short)) {
+      along_.take_smaller_steps();
+      return true;
+    }
+    if (are_both && fits_with(finer_along, shorts)) {
+      short_.take_smaller_steps();
+      return true;
+    }
+    along_.take_smaller_steps();
+    short_.take_smaller_steps();
     along_.least = along;
     short_.least = shorts;
-    along_.is_full = short_.is_full = true;
-    find(true);
   }
+  return false;
+}
+
+bool WantedLengths::fits_with(double least_along, double least_short) {
+  along_.least = least_along;
+  short_.least = least_short;
+  return fits();
 }
 
 /// Finds the lengths. @return whether that does not make too many tetrahedra.
@@ -221,9 +247,12 @@ void WantedLengths::find_strips_and_walls() {
 void WantedLengths::find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v) {
   if (editor_.kind(m) > Editor::on_edge) return;
   const auto distance = editor_.distance_from_edge(m, u, v);
-  if (!distance || of_details * *distance >= wanted_[m] || !editor_.is_sharp(u, v)) return;
+  if (!distance || of_wedges * std::sin(sharp) * *distance >= wanted_[m] || !editor_.is_sharp(u, v)) return;
   // Two edges that meet are a corner of the solid, which has its angle.
-  if (!editor_.is_sharp(m, u) && !editor_.is_sharp(m, v)) want_detail(m, *distance, of_details, along_);
+  if (editor_.is_sharp(m, u) || editor_.is_sharp(m, v)) return;
+  const double wedge = editor_.smallest_wedge(u, v);
+  const bool is_wedge = sharp < wedge && wedge < blunt;
+  want_detail(m, *distance, is_wedge ? of_wedges * std::sin(wedge) : of_details, along_);
 }
 
 /// From what is known on, by which share of the distance edges may grow.
@@ -238,7 +267,7 @@ void WantedLengths::grow(std::vector<std::pair<double, std::uint32_t>> known) {
     if (length > wanted_[p]) continue;
     editor_.find_neighbours(p, around);
     for (const std::uint32_t q : around) {
-      const double through = length + options_.growth * editor_.length(p, q);
+      const double through = length + growth_ * editor_.length(p, q);
       if (through >= wanted_[q]) continue;
       wanted_[q] = through;
       open.emplace(through, q);

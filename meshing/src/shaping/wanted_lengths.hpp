@@ -47,14 +47,18 @@ class WantedLengths {
   /// each.
   struct Details {
     double least = 0;                 ///< how fine they are, as a share of the length that the user wants
+    double step = 0;                  ///< to what share of that they get finer; from 1 on: that is too much
     bool is_cut = false;              ///< some are finer than that
-    bool is_full = false;             ///< finer ones make too many tetrahedra
     bool leaves_out_cleaned = false;  ///< what is as thin as what is cleaned is none
+    void begin();
+    void take_smaller_steps();
     [[nodiscard]] bool may_be_finer() const;
+    [[nodiscard]] double finer() const;
   };
   Details along_{.leaves_out_cleaned = true}, short_;
   double too_many_ = 0;
   double without_details_ = 0;  ///< tetrahedra that are to be expected
+  double growth_ = options_.growth;
 
   [[nodiscard]] double size_in(std::int32_t part) const;
   [[nodiscard]] double size_at(std::uint32_t p) const;
@@ -64,6 +68,8 @@ class WantedLengths {
   void find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v);
   void find_wall(std::uint32_t t, std::size_t top);
   void want_detail(std::uint32_t p, double thickness, double times, Details& details);
+  bool find_finer_that_fit();
+  bool fits_with(double least_along, double least_short);
   [[nodiscard]] bool fits();
   [[nodiscard]] double expected() const;
   void grow(std::vector<std::pair<double, std::uint32_t>> known);

@@ -43,7 +43,8 @@ struct ShapeOptions {
   double size = 0;           ///< wanted length of edges; 0: the cells' own tetrahedra stay, but for `clean`
   std::vector<double> size_of_part;  ///< by part; 0 or missing: `size`
   SizeField field;                   ///< nor longer than this, where it is not empty
-  double growth = 0.6;   ///< by which share of the distance edges may be longer than those they lead to
+  double growth = 0.6;  ///< by which share of the distance edges may be longer than those they lead to
+  double steepest_growth = growth;  ///< that instead where else thin details would add too many tetrahedra
   double most = 250000;  ///< about so many tetrahedra at most are added for the sake of thin details
   /// Where a point of the surface belongs that is on these planes; none: where it is. Asked at the end, with
   /// `size` above 0: of what is round, points come from the facets to its true surface.
