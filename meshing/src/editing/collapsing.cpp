@@ -125,7 +125,7 @@ bool Editor::collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& li
           return false;
   }
   if (has_turned && turned_after >= turned_before) return false;
-  if (!keeps_topology(u, v, ring)) return false;
+  if (!keeps_topology(u, v, ring) || (kind_[u] != inside && !keeps_faces(u, points_[v], v))) return false;
   // What was on the one face of a tetrahedron that goes is now on the other one.
   for (const std::uint32_t t : ring.tetrahedra) {
     const Tetrahedron& tet = tetrahedra_[t];

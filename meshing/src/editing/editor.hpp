@@ -213,6 +213,7 @@ class Editor {
   [[nodiscard]] bool keeps_topology(std::uint32_t u, std::uint32_t v, const Ring& ring) const;
   [[nodiscard]] std::vector<std::int32_t> key_of(const Ring& ring) const;
   [[nodiscard]] std::optional<std::array<std::uint32_t, 2>> ends_along(std::uint32_t p) const;
+  [[nodiscard]] bool keeps_faces(std::uint32_t p, const Point& to, std::uint32_t but = none) const;
   double look_at_star(std::uint32_t p, Star& star) const;
   void find_along(std::uint32_t p);
   [[nodiscard]] bool leads_along(std::uint32_t p, const Point& way) const;

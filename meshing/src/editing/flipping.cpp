@@ -144,8 +144,11 @@ bool Editor::remove_edge(std::uint32_t u, std::uint32_t v) {
     if (arc.points.size() == 2 && (arc.outer[0][0] != inner || arc.outer[0][1] != inner)) return false;
     if (!is_new(arc)) return false;
   }
-  if (!ring.is_inside()) {  // the new edge must be none that is there
+  if (!ring.is_inside()) {  // the new edge must be none that is there, and lead across that which goes
     const std::uint32_t a = ring.sides[0].first, b = ring.sides[1].first;
+    const Point across = points_[b] - points_[a];
+    if (dot(cross(across, points_[u] - points_[a]), cross(across, points_[v] - points_[a])) >= 0)
+      return false;
     if (std::none_of(arcs.begin(), arcs.end(), [](const Arc& arc) { return arc.points.size() == 2; }) &&
         !ring_of(a, b).tetrahedra.empty())
       return false;

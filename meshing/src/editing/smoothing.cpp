@@ -16,6 +16,28 @@ constexpr double good_enough = 0.5;  // is left by itself where the middle of wh
 
 }  // namespace
 
+/// Whether no face on a side is turned over if a point of it goes there, but for those at another point.
+/// Where the solid is a flake volumes do not tell: a point on the one side of it can go astray above the
+/// other one.
+bool Editor::keeps_faces(std::uint32_t p, const Point& to, std::uint32_t but) const {
+  for (const std::uint32_t t : star_[p]) {
+    const Tetrahedron& tet = tetrahedra_[t];
+    const int at_other = but == none ? -1 : tet.place_of(but);
+    for (int k = 0; k < 4; ++k) {
+      if (tet.side[k] == inner || tet.point[k] == p || (at_other >= 0 && k != at_other)) continue;
+      const PlaneSide& side = sides_[static_cast<std::size_t>(tet.side[k])];
+      const auto corners = face_opposite(t, k);
+      const auto faces_out = [&](const Point& x) {
+        const auto at = [&](std::size_t i) { return corners[i] == p ? x : points_[corners[i]]; };
+        const double out = dot(side.outward, cross(at(1) - at(0), at(2) - at(0)));
+        return (side.part == tet.part ? out : -out) > 0;
+      };
+      if (!faces_out(to) && faces_out(points_[p])) return false;
+    }
+  }
+  return true;
+}
+
 /// The worst first. @return its shape.
 double Editor::look_at_star(std::uint32_t p, Star& star) const {
   const auto add = [&](std::uint32_t t) {
@@ -119,7 +141,7 @@ bool Editor::smooth(std::uint32_t p) {
   const auto attempt = [&](Point x, const Point& way, double share) {
     for (std::size_t k = 0; k < 3; ++k) x[k] += share * way[k];
     const double worst = star_here_.worst(x, best * (1 + 1e-6));
-    if (worst <= best * (1 + 1e-6)) return false;
+    if (worst <= best * (1 + 1e-6) || (kind_[p] != inside && !keeps_faces(p, x))) return false;
     best = worst;
     place = x;
     return true;

@@ -63,7 +63,7 @@ double distance_from(const Point& x, const Triangles& surface) {
 
 /// Of corners, and of points inside of triangles, of one surface from the other one: of some of them.
 double farthest(const Triangles& from, const Triangles& to, Random& random) {
-  constexpr double looked_at = 300;
+  constexpr double looked_at = 1500;
   double most = 0;
   for (const auto& [a, b, c] : from) {
     if (!dataflow::chance(random, looked_at / static_cast<double>(from.size()))) continue;
