@@ -138,9 +138,15 @@ class Editor {
   bool separate(std::uint32_t t);
   /// Takes out the tetrahedron with those around it, and fills the hole from a new point inside.
   bool hollow(std::uint32_t t);
-  /// How far the surface moves if the tetrahedron is taken away; nothing if it has no outer faces. Of what
-  /// stands out of the solid as a fin both sides move to each other, and are gone.
-  [[nodiscard]] std::optional<double> depth_of_peel(std::uint32_t t) const;
+  /// How far the surface moves if a tetrahedron is taken away, and the way of those that move farthest, along
+  /// which the others go less far, where that is known.
+  struct Peel {
+    double depth;
+    std::optional<Point> way;
+  };
+  /// Nothing if it has no outer faces. Of what stands out of the solid as a fin both sides move to each
+  /// other, and are gone.
+  [[nodiscard]] std::optional<Peel> look_at_peel(std::uint32_t t) const;
   /// Takes away a tetrahedron that has outer faces.
   bool peel(std::uint32_t t);
 
@@ -244,6 +250,7 @@ class Editor {
   void divide(Change& change, std::uint32_t u, std::uint32_t v, std::uint32_t m) const;
   [[nodiscard]] std::optional<std::array<Point, 2>> nearest_of(const Across& edges) const;
   [[nodiscard]] OuterFaces outer_faces_of(std::uint32_t t) const;
+  [[nodiscard]] std::optional<Point> way_inwards(std::uint32_t t) const;
   void set_side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t side);
 };
 

@@ -480,20 +480,38 @@ Editor::OuterFaces Editor::outer_faces_of(std::uint32_t t) const {
   return faces;
 }
 
-std::optional<double> Editor::depth_of_peel(std::uint32_t t) const {
+std::optional<Editor::Peel> Editor::look_at_peel(std::uint32_t t) const {
   const OuterFaces faces = outer_faces_of(t);
   if (faces.side == inner) return std::nullopt;
   // Nearly in one plane, the faces cover each place twice. What faces out afterwards then lies on something
   // that faced out before, or two outer faces lie on each other, and what is between them goes.
   const auto& p = tetrahedra_[t].point;
-  if (faces.count > 2) return depth(p);
+  if (faces.count > 2) return Peel{depth(p), faces.count > 3 ? std::nullopt : way_inwards(t)};
   if (faces.count == 2)
-    if (const auto gap = gap_between(faces.edges)) return gap;
-  if (tetrahedra_[t].shape <= 0 && faces.other <= faces.outer * (1 + 1e-6)) return depth(p);
+    if (const auto nearest = nearest_of(faces.edges)) {
+      const Point way = (*nearest)[1] - (*nearest)[0];
+      return Peel{std::sqrt(dot(way, way)), way};
+    }
+  if (tetrahedra_[t].shape <= 0 && faces.other <= faces.outer * (1 + 1e-6)) return Peel{depth(p), {}};
   double longest = 0;
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t k = i + 1; k < 4; ++k) longest = std::max(longest, length(p[i], p[k]));
-  return longest;
+  return Peel{longest, {}};
+}
+
+/// Across a tetrahedron of which one face is inside: along the normal of the largest face, to that one.
+std::optional<Point> Editor::way_inwards(std::uint32_t t) const {
+  const Tetrahedron& tet = tetrahedra_[t];
+  const auto normals =
+      normals_of(points_[tet.point[0]], points_[tet.point[1]], points_[tet.point[2]], points_[tet.point[3]]);
+  const auto by_size = [](const Point& a, const Point& b) { return dot(a, a) < dot(b, b); };
+  const Point largest = *std::ranges::max_element(normals, by_size);
+  const auto inner_face = static_cast<std::size_t>(std::ranges::find(tet.side, inner) - tet.side.begin());
+  const double size = dot(largest, largest);
+  if (inner_face == 4 || !(size > 0)) return std::nullopt;
+  const double length = depth(tet.point) / std::sqrt(size);
+  const double share = dot(largest, normals[inner_face]) < 0 ? -length : length;
+  return Point{share * largest[0], share * largest[1], share * largest[2]};
 }
 
 bool Editor::peel(std::uint32_t t) {

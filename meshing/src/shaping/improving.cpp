@@ -19,6 +19,7 @@ namespace {
 // Shapes (`shape_of`): up to where the points that there are are arranged anew, below what new ones are worth
 // it, and what a collapse may leave at first.
 constexpr double very_good = 0.6, good = 0.35, fair = 0.2;
+constexpr double very_thin = 0.0175;  // has an angle below 1 degree
 /// Of what is cleaned: what is so near to an edge is on it, but for rounding.
 constexpr double as_good_as_on = 1e-3;
 
@@ -214,13 +215,16 @@ class Shaping {
   }
 
   bool peel(std::uint32_t t) {
-    const auto depth = editor_.depth_of_peel(t);
-    if (!depth) return false;
+    const auto how = editor_.look_at_peel(t);
+    if (!how) return false;
     const auto points = editor_.at(t).point;
     const auto edges = edges_of(editor_.at(t));
     Displacement moved;
-    for (const std::uint32_t p : points) moved.unite(moved_around(p).then_within(*depth));
-    if (!is_left(moved, *depth, clean_at(editor_.middle(t))) || !editor_.peel(t)) return false;
+    for (const std::uint32_t p : points) {
+      const Displacement before = moved_around(p);
+      moved.unite(how->way ? before.then_up_to(*how->way) : before.then_within(how->depth));
+    }
+    if (!is_left(moved, how->depth, clean_at(editor_.middle(t))) || !editor_.peel(t)) return false;
     tell_move(moved);
     for (const std::uint32_t p : points) raise(bent_at_, p, moved);
     for (const auto& [u, v] : edges) bend(u, v, moved);
@@ -307,7 +311,22 @@ class Shaping {
       tell_move(moved);
       return true;
     }
-    return false;
+    return !may_leave_more && (merge_half_way(u, v) || merge_half_way(v, u));
+  }
+
+  /// Makes two points of the surface one in the middle between them, so that either goes half as far.
+  bool merge_half_way(std::uint32_t from, std::uint32_t to) {
+    if (editor_.kind(from) == Editor::inside || editor_.kind(to) == Editor::inside) return false;
+    const Point at = editor_.point(to), middle = between(at, editor_.point(from));
+    Displacement moved = moved_around(from).then(middle - editor_.point(from));
+    moved.unite(moved_around(to).then(middle - at));
+    if (moved.length() > clean_between(from, to) || !editor_.put(to, middle, 0)) return false;
+    const bool is_merged = editor_.merge(from, to, false);
+    if (!is_merged && editor_.put(to, at, 0)) return false;
+    raise(moved_, to, moved);
+    report_.moved_points += is_merged ? 2 : 1;
+    tell_move(moved);
+    return is_merged;
   }
 
   [[nodiscard]] Displacement moved_at(std::uint32_t p) const {
@@ -423,8 +442,15 @@ class Shaping {
     const double length = std::sqrt(dot(step, step));
     if (length > most) return false;
     if (!editor_.is_on_surface(u, v)) return editor_.lead_through(u, v, m, gain);
+    if (is_left(moved_along(u, v).then(step), length, clean_at(editor_.point(m))))
+      return lead_to(edge, m, step, gain);
+    return lead_half_way(edge, m, *foot, gain);
+  }
+
+  /// @param step from the edge to the point.
+  bool lead_to(const Pair& edge, std::uint32_t m, const Point& step, Editor::Gain gain) {
+    const auto& [u, v] = edge;
     const Displacement moved = moved_along(u, v).then(step), bent = bent_along(u, v).then_up_to(step);
-    if (!is_left(moved, length, clean_at(editor_.point(m)))) return false;
     const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
     if (!editor_.lead_through(u, v, m, gain)) return false;
     bend(u, m, bent);
@@ -435,6 +461,28 @@ class Shaping {
     ++report_.bent_edges;
     tell_move(moved);
     return true;
+  }
+
+  /// The point comes to meet the edge, so that either goes half as far.
+  bool lead_half_way(const Pair& edge, std::uint32_t m, const Point& foot, Editor::Gain gain) {
+    if (editor_.kind(m) == Editor::inside) return false;
+    const Point at = editor_.point(m), middle = between(foot, at);
+    const Displacement moved = moved_around(m).then(middle - at);
+    const double most = clean_at(at);
+    if (moved.length() > most || moved_along(edge[0], edge[1]).then(middle - foot).length() > most ||
+        !editor_.put(m, middle, 0))
+      return false;
+    const bool is_led = lead_to(edge, m, middle - foot, gain);
+    if (!is_led && editor_.put(m, at, 0)) return false;
+    raise(moved_, m, moved);
+    ++report_.moved_points;
+    tell_move(moved);
+    return is_led;
+  }
+  static Point between(const Point& a, const Point& b) {
+    Point middle;
+    for (std::size_t k = 0; k < 3; ++k) middle[k] = a[k] + (b[k] - a[k]) / 2;
+    return middle;
   }
 
   // --- shape ---
@@ -459,6 +507,12 @@ class Shaping {
     clean();  // what that has brought near to each other; not in pieces: what they share stays
     remember_moves();
     finish();
+    if (has_worse_than(very_thin) && wanted_.begin_again_with_cleaned()) {
+      refine_well();
+      clean();
+      remember_moves();
+      finish();
+    }
     report_.detail = wanted_.detail();
     report_.too_many = std::max(report_.too_many, wanted_.too_many());
   }
@@ -495,6 +549,12 @@ class Shaping {
       sizing_.smooth_all();
       if (split == 0) break;
     }
+  }
+
+  [[nodiscard]] bool has_worse_than(double shape) const {
+    for (std::uint32_t t = 0; t < editor_.size(); ++t)
+      if (!editor_.at(t).is_gone() && editor_.at(t).shape < shape) return true;
+    return false;
   }
 
   void finish() {

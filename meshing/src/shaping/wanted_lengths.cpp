@@ -23,7 +23,7 @@ constexpr double of_wedges = 8, blunt = 0.5236, sharp = 0.1745;
 // Details of a length that is this share of the wanted one are refined for at first; then by step and step
 // finer ones, but no finer than that: what is coarse is of good shape then, and what is fine goes over to it.
 // Where that makes too many tetrahedra, steps are smaller.
-constexpr double coarsest = 1.0 / 16, finest = 1.0 / 65536, largest_step = 1.0 / 8, smallest_step = 1.0 / 2;
+constexpr double coarsest = 1.0 / 16, finest = 1.0 / 65536, largest_step = 1.0 / 8, smallest_step = 0.8;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The mean of the inverse cubes of a number that goes linearly from corner to corner of a tetrahedron: the
@@ -110,11 +110,13 @@ void WantedLengths::Details::begin() {
   step = largest_step;
 }
 
-void WantedLengths::Details::take_smaller_steps() { step *= 2; }
+void WantedLengths::Details::take_smaller_steps() { step = std::sqrt(step); }
 
-bool WantedLengths::Details::may_be_finer() const { return is_cut && step < 1 && least > finest; }
+bool WantedLengths::Details::may_be_finer() const { return is_cut && step < smallest_step && least > finest; }
 
-double WantedLengths::Details::finer() const { return step < 1 ? std::max(finest, step * least) : least; }
+double WantedLengths::Details::finer() const {
+  return step < smallest_step ? std::max(finest, step * least) : least;
+}
 
 void WantedLengths::find_finer() {
   if (without_details_ == 0) {
@@ -129,7 +131,7 @@ void WantedLengths::find_finer() {
   find(true);
   if (!(along_.is_cut || short_.is_cut) || growth_ >= options_.steepest_growth) return;
   growth_ = options_.steepest_growth;
-  along_.step = short_.step = smallest_step;
+  along_.step = short_.step = std::sqrt(largest_step);
   too_many_ = 0;
   if (!find_finer_that_fit()) find(true);
 }
@@ -157,6 +159,17 @@ bool WantedLengths::find_finer_that_fit() {
   return false;
 }
 
+bool WantedLengths::begin_again_with_cleaned() {
+  constexpr double share = 0.1;  // of what may be added: without limit such strips would take all of it
+  if (too_many_ > 0 || !along_.leaves_out_cleaned) return false;
+  find(true);
+  most_ = std::min(most_, expected() - without_details_ + share * options_.most);
+  along_.leaves_out_cleaned = false;
+  along_.begin();
+  short_.begin();
+  return true;
+}
+
 bool WantedLengths::fits_with(double least_along, double least_short) {
   along_.least = least_along;
   short_.least = least_short;
@@ -167,7 +180,7 @@ bool WantedLengths::fits_with(double least_along, double least_short) {
 bool WantedLengths::fits() {
   find(true);
   const double count = expected();
-  if (count <= without_details_ + options_.most) return true;
+  if (count <= without_details_ + most_) return true;
   if (too_many_ == 0) too_many_ = count;
   return false;
 }

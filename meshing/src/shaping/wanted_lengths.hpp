@@ -24,6 +24,9 @@ class WantedLengths {
   void find_finer();
   /// Whether the next call of that could find finer details.
   [[nodiscard]] bool may_be_finer() const { return along_.may_be_finer() || short_.may_be_finer(); }
+  /// From now on what is as thin as what is cleaned is a detail, too: where no moves are left for it.
+  /// @return whether there is room for that; then all begins again with the coarsest ones.
+  bool begin_again_with_cleaned();
   /// With the finest details, whatever that makes: what is there may be as fine.
   void find_finest();
   /// Of a new point in the middle of an edge.
@@ -46,9 +49,9 @@ class WantedLengths {
   /// Details of one kind: those along strips and walls take tetrahedra by their length, short edges a few
   /// each.
   struct Details {
-    double least = 0;                 ///< how fine they are, as a share of the length that the user wants
-    double step = 0;                  ///< to what share of that they get finer; from 1 on: that is too much
-    bool is_cut = false;              ///< some are finer than that
+    double least = 0;     ///< how fine they are, as a share of the length that the user wants
+    double step = 0;      ///< to what share of that they get finer; too near to 1: that is too much
+    bool is_cut = false;  ///< some are finer than that
     bool leaves_out_cleaned = false;  ///< what is as thin as what is cleaned is none
     void begin();
     void take_smaller_steps();
@@ -59,6 +62,7 @@ class WantedLengths {
   double too_many_ = 0;
   double without_details_ = 0;  ///< tetrahedra that are to be expected
   double growth_ = options_.growth;
+  double most_ = options_.most;  ///< of them that may be added
 
   [[nodiscard]] double size_in(std::int32_t part) const;
   [[nodiscard]] double size_at(std::uint32_t p) const;
