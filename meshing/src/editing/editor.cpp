@@ -290,7 +290,13 @@ Editor::Kind Editor::find_kind(std::uint32_t p) const {
   if (sides.empty()) return inside;
   // Pieces of the solid that only touch in a point keep it where it is.
   if (reached_around(p, star_[p].front()).size() != star_[p].size()) return corner;
-  if (ends_along(p)) return on_edge;
+  if (const auto ends = ends_along(p)) {
+    // What else leads through it would move with it.
+    const auto key = key_of(ring_of(p, (*ends)[0]));
+    const bool is_all =
+        std::ranges::all_of(sides, [&](std::int32_t side) { return std::ranges::binary_search(key, side); });
+    return is_all ? on_edge : corner;
+  }
   if (std::any_of(sides.begin(), sides.end(), [&](std::int32_t side) { return side != sides[0]; }))
     return corner;
   for (const std::uint32_t q : neighbours(p)) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -72,7 +73,8 @@ class Editor {
   [[nodiscard]] bool is_on_surface(std::uint32_t u, std::uint32_t v) const {
     return !ring_of(u, v).is_inside();
   }
-  /// The smallest angle that a part of the solid has at an edge, in radians.
+  /// The smallest angle that a part of the solid has at an edge, in radians; what is not beside each other
+  /// counts together.
   [[nodiscard]] double smallest_wedge(std::uint32_t u, std::uint32_t v) const;
   [[nodiscard]] double worst_at(std::uint32_t p) const;
   [[nodiscard]] const PlaneSide& side(std::int32_t number) const {
@@ -111,6 +113,8 @@ class Editor {
   void settle(std::uint32_t p) { settled_[p] = clock_ + 1; }
   /// Moves a point of any kind there, if no tetrahedron becomes worse than `least` that was not.
   bool put(std::uint32_t p, const Point& to, double least);
+  /// From now on a point of the surface stays where it is.
+  void hold(std::uint32_t p) { kind_[p] = std::min(kind_[p], corner); }
   /// Moves a point of any kind if fewer tetrahedra are flat or turned over then, and none is that was not.
   bool nudge(std::uint32_t p, const Point& to);
 

@@ -11,7 +11,7 @@ namespace bsp2::meshing {
 
 /// Where places of a surface have gone from where they were, as far as that is known: each by a vector in a
 /// box, and by no more than a length. Moves that take each other back do not add up, as lengths alone would.
-/// So is one that is not known to have gone anywhere.
+/// At first none has gone anywhere; what is united with such a one stays among those that have gone nowhere.
 class Displacement {
  public:
   /// How far any of them is from where it was, at most.

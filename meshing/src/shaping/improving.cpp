@@ -19,7 +19,7 @@ namespace {
 // Shapes (`shape_of`): up to where the points that there are are arranged anew, below what new ones are worth
 // it, and what a collapse may leave at first.
 constexpr double very_good = 0.6, good = 0.35, fair = 0.2;
-constexpr double very_thin = 0.0175;  // has an angle below 1 degree
+constexpr double very_thin = 0.0175;  // has an angle below 1 degree, or above 179
 /// Of what is cleaned: what is so near to an edge is on it, but for rounding.
 constexpr double as_good_as_on = 1e-3;
 
@@ -77,10 +77,10 @@ class Shaping {
   const ShapeOptions& options_;
   Editor editor_;
   ShapeReport report_;
+  SurfaceMoves before_;                // up to remember_moves; and since:
   std::vector<Displacement> moved_;    // of what has become this point
-  std::map<Pair, Displacement> bent_;  // by edge: of what has become it, besides that of its ends
   std::vector<Displacement> bent_at_;  // by point: of edges that lead through it
-  SurfaceMoves before_;                // see remember_moves
+  std::map<Pair, Displacement> bent_;  // by edge: of what has become it, besides that of its ends
   std::vector<Piece::Shared> shared_;  // points that stay
   std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
   WantedLengths wanted_{editor_, options_, shared_};
@@ -200,14 +200,17 @@ class Shaping {
           Editor::Across{{{p[0], p[3]}, {p[1], p[2]}}}}) {
       const auto gap = editor_.gap_between(edges);
       if (!gap || *gap > most) continue;
-      Displacement moved;  // of the surface at that point
+      Displacement since;  // of the surface at that point
+      const Point middle = editor_.middle(t);
       for (const auto& [u, v] : edges)
-        if (editor_.is_on_surface(u, v)) moved.unite(moved_along(u, v).then_within(*gap / 2));
+        if (editor_.is_on_surface(u, v)) since.unite(since_along(u, v, middle).then_within(*gap / 2));
+      const Displacement moved = in_all(since, middle);
       if (!is_left(moved, *gap, most) || !editor_.cross_edges(t, edges)) continue;
       tell_move(moved);
       const auto m = static_cast<std::uint32_t>(editor_.point_count() - 1);
-      raise(bent_at_, m, moved);
-      for (const std::uint32_t q : p) bend(q, m, moved);
+      raise(bent_at_, m, since);
+      for (const auto& [u, v] : edges)
+        for (const std::uint32_t q : p) bend(q, m, bent_along(u, v).then_within(*gap / 2));
       ++report_.taken_away;
       return true;
     }
@@ -219,15 +222,18 @@ class Shaping {
     if (!how) return false;
     const auto points = editor_.at(t).point;
     const auto edges = edges_of(editor_.at(t));
-    Displacement moved;
+    const Displacement step =
+        how->way ? Displacement().then_up_to(*how->way) : Displacement().then_within(how->depth);
+    Displacement since, moved;
     for (const std::uint32_t p : points) {
-      const Displacement before = moved_around(p);
-      moved.unite(how->way ? before.then_up_to(*how->way) : before.then_within(how->depth));
+      since.unite(since_at(p).then_as(step));
+      moved.unite(in_all(since_at(p).then_as(step), editor_.point(p)));
     }
+    for (const auto& [u, v] : edges) moved.unite(in_all(bent_along(u, v).then_as(since), editor_.middle(t)));
     if (!is_left(moved, how->depth, clean_at(editor_.middle(t))) || !editor_.peel(t)) return false;
     tell_move(moved);
-    for (const std::uint32_t p : points) raise(bent_at_, p, moved);
-    for (const auto& [u, v] : edges) bend(u, v, moved);
+    for (const std::uint32_t p : points) raise(bent_at_, p, since);
+    for (const auto& [u, v] : edges) bend(u, v, bent_along(u, v).then_as(step));
     ++report_.taken_away;
     return true;
   }
@@ -254,7 +260,8 @@ class Shaping {
     for (double share = least; share <= 1; share /= step)
       for (int k = 0; k < 4; ++k) {
         const std::uint32_t p = points[static_cast<std::size_t>(k)];
-        const double length = share * (clean_at(editor_.point(p)) - moved_around(p).length());
+        const double length =
+            share * (clean_at(editor_.point(p)) - in_all(since_at(p), editor_.point(p)).length());
         const Point across = normal_of_face(points, k);
         for (const double side : {length, -length}) {
           const Point from = editor_.point(p);
@@ -262,10 +269,10 @@ class Shaping {
           for (std::size_t axis = 0; axis < 3; ++axis) to[axis] += side * across[axis];
           if (!(length > 0) || !editor_.nudge(p, to)) continue;
           if (editor_.kind(p) != Editor::inside) {
-            const Displacement moved = moved_around(p).then(to - from);
+            const Displacement since = since_at(p).then(to - from);
             if (of_point(moved_, p).is_none()) ++report_.moved_points;
-            raise(moved_, p, moved);
-            tell_move(moved);
+            raise(moved_, p, since);
+            tell_move(in_all(since, to));
           }
           return true;
         }
@@ -299,52 +306,58 @@ class Shaping {
     const double length = editor_.length(u, v);
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)}) {
       const bool is_told = editor_.kind(from) != Editor::inside;
-      const Displacement moved =
-          is_told ? moved_around(from).then(editor_.point(to) - editor_.point(from)) : Displacement();
+      const Displacement since =
+          is_told ? since_at(from).then(editor_.point(to) - editor_.point(from)) : Displacement();
+      const Displacement moved = is_told ? in_all(since, editor_.point(to)) : Displacement();
       // A point inside may go as far as it likes where nothing else has helped: that moves no surface.
       const double far = is_told || !may_leave_more ? std::max(length, moved.length()) : 0;
       if (far > options_.clean || far > clean_between(u, v) || !editor_.merge(from, to, may_leave_more))
         continue;
       if (!is_told) return true;
-      raise(moved_, to, moved);
+      raise(moved_, to, since);
       ++report_.moved_points;
       tell_move(moved);
       return true;
     }
-    return !may_leave_more && (merge_half_way(u, v) || merge_half_way(v, u));
+    return !may_leave_more && length <= clean_between(u, v) && (merge_half_way(u, v) || merge_half_way(v, u));
   }
 
   /// Makes two points of the surface one in the middle between them, so that either goes half as far.
+  /// @return whether something has changed.
   bool merge_half_way(std::uint32_t from, std::uint32_t to) {
     if (editor_.kind(from) == Editor::inside || editor_.kind(to) == Editor::inside) return false;
     const Point at = editor_.point(to), middle = between(at, editor_.point(from));
-    Displacement moved = moved_around(from).then(middle - editor_.point(from));
-    moved.unite(moved_around(to).then(middle - at));
+    Displacement since = since_at(from).then(middle - editor_.point(from));
+    since.unite(since_at(to).then(middle - at));
+    const Displacement moved = in_all(since, middle);
     if (moved.length() > clean_between(from, to) || !editor_.put(to, middle, 0)) return false;
     const bool is_merged = editor_.merge(from, to, false);
     if (!is_merged && editor_.put(to, at, 0)) return false;
-    raise(moved_, to, moved);
+    raise(moved_, to, since);
+    if (!is_merged) editor_.hold(to);
     report_.moved_points += is_merged ? 2 : 1;
     tell_move(moved);
-    return is_merged;
+    return true;
   }
 
-  [[nodiscard]] Displacement moved_at(std::uint32_t p) const {
+  // Displacements since moves were remembered.
+
+  /// Of a point, and of edges that lead through it.
+  [[nodiscard]] Displacement since_at(std::uint32_t p) const {
     Displacement moved = of_point(moved_, p);
-    if (editor_.kind(p) != Editor::inside) moved.unite(before_.at(editor_.point(p)));
-    return moved;
-  }
-  /// That, and that of edges that lead through it.
-  [[nodiscard]] Displacement moved_around(std::uint32_t p) const {
-    Displacement moved = moved_at(p);
     moved.unite(of_point(bent_at_, p));
     return moved;
   }
-  /// Of what is this edge.
-  [[nodiscard]] Displacement moved_along(std::uint32_t u, std::uint32_t v) const {
-    Displacement moved = moved_at(u);
-    moved.unite(moved_at(v));
-    return moved.then_as(bent_along(u, v));
+  /// Of what is this edge of the surface, at a place on it: in between it has gone as a mean of its ends.
+  [[nodiscard]] Displacement since_along(std::uint32_t u, std::uint32_t v, const Point& place) const {
+    const double to_u = distance(place, editor_.point(u)), all = to_u + distance(place, editor_.point(v));
+    const double share = all > 0 ? to_u / all : 0;
+    return Displacement::mean({since_at(u), since_at(v), {}}, {1 - share, share, 0})
+        .then_as(bent_along(u, v));
+  }
+  /// Of what is at a place of the surface, in all.
+  [[nodiscard]] Displacement in_all(const Displacement& since, const Point& place) const {
+    return before_.at(place).then_as(since);
   }
   [[nodiscard]] Displacement bent_along(std::uint32_t u, std::uint32_t v) const {
     const auto bent = bent_.find({std::min(u, v), std::max(u, v)});
@@ -353,14 +366,14 @@ class Shaping {
   void bend(std::uint32_t u, std::uint32_t v, const Displacement& bent) {
     bent_[{std::min(u, v), std::max(u, v)}].unite(bent);
   }
-  /// Whether a step of this length may be made with which that is moved in all: what is nothing but rounding
-  /// may.
+  /// Whether a step of this length may be made with which that is moved in all. Some that are nothing but
+  /// rounding may where no moves are left.
   static bool is_left(const Displacement& moved, double step, double most) {
-    return moved.length() <= most || step <= as_good_as_on * most;
+    constexpr double some = 20 * as_good_as_on;
+    return moved.length() <= (step <= as_good_as_on * most ? 1 + some : 1) * most;
   }
-  /// Without what is nothing but rounding: never more than is cleaned.
   void tell_move(const Displacement& moved) {
-    report_.largest_move = std::max(report_.largest_move, std::min(moved.length(), options_.clean));
+    report_.largest_move = std::max(report_.largest_move, moved.length());
   }
   static Displacement of_point(const std::vector<Displacement>& of_points, std::uint32_t p) {
     return p < of_points.size() ? of_points[p] : Displacement();
@@ -390,7 +403,8 @@ class Shaping {
   void remember_moves() {
     std::vector<Displacement> moved(editor_.point_count());
     for (std::uint32_t p = 0; p < moved.size(); ++p)
-      if (!editor_.star(p).empty() && editor_.kind(p) != Editor::inside) moved[p] = moved_around(p);
+      if (!editor_.star(p).empty() && editor_.kind(p) != Editor::inside)
+        moved[p] = in_all(since_at(p), editor_.point(p));
     before_ = SurfaceMoves(editor_, moved, options_.clean);
     moved_.clear();
     bent_.clear();
@@ -442,7 +456,7 @@ class Shaping {
     const double length = std::sqrt(dot(step, step));
     if (length > most) return false;
     if (!editor_.is_on_surface(u, v)) return editor_.lead_through(u, v, m, gain);
-    if (is_left(moved_along(u, v).then(step), length, clean_at(editor_.point(m))))
+    if (is_left(in_all(since_along(u, v, *foot).then(step), *foot), length, clean_at(editor_.point(m))))
       return lead_to(edge, m, step, gain);
     return lead_half_way(edge, m, *foot, gain);
   }
@@ -450,34 +464,38 @@ class Shaping {
   /// @param step from the edge to the point.
   bool lead_to(const Pair& edge, std::uint32_t m, const Point& step, Editor::Gain gain) {
     const auto& [u, v] = edge;
-    const Displacement moved = moved_along(u, v).then(step), bent = bent_along(u, v).then_up_to(step);
+    const Point foot = editor_.point(m) - step;
+    const Displacement since = since_along(u, v, foot).then(step);
+    const Displacement bent = bent_along(u, v).then_up_to(step);
     const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
     if (!editor_.lead_through(u, v, m, gain)) return false;
     bend(u, m, bent);
     bend(v, m, bent);
     for (const std::uint32_t p : around)
       if (p != m && std::ranges::binary_search(around_v, p)) bend(p, m, bent);
-    raise(bent_at_, m, moved);
+    raise(bent_at_, m, since);
     ++report_.bent_edges;
-    tell_move(moved);
+    tell_move(in_all(since, foot));
     return true;
   }
 
   /// The point comes to meet the edge, so that either goes half as far.
+  /// @return whether something has changed.
   bool lead_half_way(const Pair& edge, std::uint32_t m, const Point& foot, Editor::Gain gain) {
     if (editor_.kind(m) == Editor::inside) return false;
     const Point at = editor_.point(m), middle = between(foot, at);
-    const Displacement moved = moved_around(m).then(middle - at);
+    const Displacement since = since_at(m).then(middle - at), moved = in_all(since, at);
+    const Displacement of_edge = since_along(edge[0], edge[1], foot).then(middle - foot);
     const double most = clean_at(at);
-    if (moved.length() > most || moved_along(edge[0], edge[1]).then(middle - foot).length() > most ||
-        !editor_.put(m, middle, 0))
+    if (moved.length() > most || in_all(of_edge, foot).length() > most || !editor_.put(m, middle, 0))
       return false;
     const bool is_led = lead_to(edge, m, middle - foot, gain);
     if (!is_led && editor_.put(m, at, 0)) return false;
-    raise(moved_, m, moved);
+    if (!is_led) editor_.hold(m);
+    raise(moved_, m, since);
     ++report_.moved_points;
     tell_move(moved);
-    return is_led;
+    return true;
   }
   static Point between(const Point& a, const Point& b) {
     Point middle;
@@ -500,14 +518,13 @@ class Shaping {
     for (int pass = 0; pass < 6; ++pass)
       if (sizing_.coarsen(1, fair) * 50 < editor_.point_count() && pass > 1) break;
     improve(good, false);
-    if (const auto counts = wanted_.tetrahedra_by_part(); is_for_pieces(counts))
-      work_in_pieces(counts);
-    else
-      refine_well();
+    const auto counts = wanted_.tetrahedra_by_part();
+    const bool is_in_pieces = is_for_pieces(counts);
+    is_in_pieces ? work_in_pieces(counts) : refine_well();
     clean();  // what that has brought near to each other; not in pieces: what they share stays
     remember_moves();
     finish();
-    if (has_worse_than(very_thin) && wanted_.begin_again_with_cleaned()) {
+    if (!is_in_pieces && has_worse_than(very_thin) && wanted_.begin_again_with_cleaned()) {
       refine_well();
       clean();
       remember_moves();

@@ -23,7 +23,7 @@ constexpr double of_wedges = 8, blunt = 0.5236, sharp = 0.1745;
 // Details of a length that is this share of the wanted one are refined for at first; then by step and step
 // finer ones, but no finer than that: what is coarse is of good shape then, and what is fine goes over to it.
 // Where that makes too many tetrahedra, steps are smaller.
-constexpr double coarsest = 1.0 / 16, finest = 1.0 / 65536, largest_step = 1.0 / 8, smallest_step = 0.8;
+constexpr double coarsest = 1.0 / 16, finest = 1.0 / 65536, largest_step = 1.0 / 8, last_step = 0.5;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The mean of the inverse cubes of a number that goes linearly from corner to corner of a tetrahedron: the
@@ -112,10 +112,15 @@ void WantedLengths::Details::begin() {
 
 void WantedLengths::Details::take_smaller_steps() { step = std::sqrt(step); }
 
-bool WantedLengths::Details::may_be_finer() const { return is_cut && step < smallest_step && least > finest; }
+bool WantedLengths::Details::may_be_finer() const { return is_cut && step <= last_step && least > finest; }
 
-double WantedLengths::Details::finer() const {
-  return step < smallest_step ? std::max(finest, step * least) : least;
+bool WantedLengths::may_be_finer() const {
+  return along_.may_be_finer() || short_.may_be_finer() || may_grow_faster();
+}
+
+bool WantedLengths::may_grow_faster() const {
+  const auto is_left = [](const Details& details) { return details.is_cut && details.least > finest; };
+  return growth_ < options_.steepest_growth && !has_grown_faster_ && (is_left(along_) || is_left(short_));
 }
 
 void WantedLengths::find_finer() {
@@ -126,36 +131,49 @@ void WantedLengths::find_finer() {
     without_details_ = expected();
     return;
   }
-  // Also where none were finer: the mesh has become finer since, and may show more.
+  find(true);  // the mesh has become finer since, and may show more
   if (find_finer_that_fit()) return;
-  find(true);
-  if (!(along_.is_cut || short_.is_cut) || growth_ >= options_.steepest_growth) return;
+  if (!along_.is_cut && !short_.is_cut) too_many_ = 0;
+  if (!may_grow_faster()) return;
+  has_grown_faster_ = true;
   growth_ = options_.steepest_growth;
   along_.step = short_.step = std::sqrt(largest_step);
-  too_many_ = 0;
-  if (!find_finer_that_fit()) find(true);
+  if (find_finer_that_fit()) {
+    too_many_ = 0;
+  } else {
+    growth_ = options_.growth;
+    find(true);
+  }
 }
 
-/// @return whether there are any. If not, lengths are to be found again.
+/// Of kinds of which some are finer. @return whether there are such lengths; if not, all is as it was.
 bool WantedLengths::find_finer_that_fit() {
-  const double along = along_.least, shorts = short_.least;
-  while (along_.finer() < along || short_.finer() < shorts) {
-    const double finer_along = along_.finer(), finer_short = short_.finer();
+  const Details along = along_, shorts = short_;
+  const auto finer = [](const Details& before, const Details& now) {
+    return before.is_cut && before.least > finest && now.step <= last_step
+               ? std::max(finest, now.step * before.least)
+               : before.least;
+  };
+  for (;;) {
+    const double finer_along = finer(along, along_), finer_short = finer(shorts, short_);
+    const bool is_along = finer_along < along.least, is_short = finer_short < shorts.least;
+    if (!is_along && !is_short) break;
     if (fits_with(finer_along, finer_short)) return true;
-    const bool are_both = finer_along < along && finer_short < shorts;
-    if (are_both && fits_with(along, finer_short)) {
+    if (is_along && is_short && fits_with(along.least, finer_short)) {
       along_.take_smaller_steps();
       return true;
     }
-    if (are_both && fits_with(finer_along, shorts)) {
+    if (is_along && is_short && fits_with(finer_along, shorts.least)) {
       short_.take_smaller_steps();
       return true;
     }
-    along_.take_smaller_steps();
-    short_.take_smaller_steps();
-    along_.least = along;
-    short_.least = shorts;
+    if (is_along) along_.take_smaller_steps();
+    if (is_short) short_.take_smaller_steps();
   }
+  if (along_.step == along.step && short_.step == shorts.step) return false;
+  along_.least = along.least;
+  short_.least = shorts.least;
+  find(true);
   return false;
 }
 

@@ -23,9 +23,9 @@ class WantedLengths {
   /// Finds lengths for finer details than the call before, unless that makes too many tetrahedra.
   void find_finer();
   /// Whether the next call of that could find finer details.
-  [[nodiscard]] bool may_be_finer() const { return along_.may_be_finer() || short_.may_be_finer(); }
+  [[nodiscard]] bool may_be_finer() const;
   /// From now on what is as thin as what is cleaned is a detail, too: where no moves are left for it.
-  /// @return whether there is room for that; then all begins again with the coarsest ones.
+  /// @return whether there is room for that; then all begins again with coarse ones.
   bool begin_again_with_cleaned();
   /// With the finest details, whatever that makes: what is there may be as fine.
   void find_finest();
@@ -50,19 +50,19 @@ class WantedLengths {
   /// each.
   struct Details {
     double least = 0;     ///< how fine they are, as a share of the length that the user wants
-    double step = 0;      ///< to what share of that they get finer; too near to 1: that is too much
+    double step = 0;      ///< to what share of that they get finer next; above the last one: not at all
     bool is_cut = false;  ///< some are finer than that
     bool leaves_out_cleaned = false;  ///< what is as thin as what is cleaned is none
     void begin();
     void take_smaller_steps();
     [[nodiscard]] bool may_be_finer() const;
-    [[nodiscard]] double finer() const;
   };
   Details along_{.leaves_out_cleaned = true}, short_;
   double too_many_ = 0;
   double without_details_ = 0;  ///< tetrahedra that are to be expected
   double growth_ = options_.growth;
-  double most_ = options_.most;  ///< of them that may be added
+  bool has_grown_faster_ = false;  ///< or that was tried in vain
+  double most_ = options_.most;    ///< of them that may be added
 
   [[nodiscard]] double size_in(std::int32_t part) const;
   [[nodiscard]] double size_at(std::uint32_t p) const;
@@ -72,6 +72,7 @@ class WantedLengths {
   void find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v);
   void find_wall(std::uint32_t t, std::size_t top);
   void want_detail(std::uint32_t p, double thickness, double times, Details& details);
+  [[nodiscard]] bool may_grow_faster() const;
   bool find_finer_that_fit();
   bool fits_with(double least_along, double least_short);
   [[nodiscard]] bool fits();
