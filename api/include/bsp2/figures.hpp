@@ -61,8 +61,9 @@ struct MeshFigures {
   double largest_move = 0;
   double smallest_angle = 0, largest_angle = 0, mean_smallest_angle = 0;  ///< dihedral, in degrees
   double smallest_aspect = 0, mean_aspect = 0;                            ///< regular: 1, flat: 0
-  std::array<std::uint64_t, 18> histogram{};  ///< of angles, a bar each ten degrees
-  std::array<std::uint64_t, 3> below{};       ///< tetrahedra with an angle below 1, 5 and 10 degrees
+  std::array<std::uint64_t, 18> histogram{};      ///< of angles, a bar each ten degrees
+  std::array<std::uint64_t, 3> below{};           ///< tetrahedra with an angle below 1, 5 and 10 degrees
+  std::array<std::uint64_t, 3> below_of_solid{};  ///< of these: where the solid itself is as sharp
   double seconds_of_cells = 0, seconds_of_shape = 0;
 };
 

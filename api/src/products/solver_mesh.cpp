@@ -441,6 +441,7 @@ void add_quality(const meshing::Quality& quality, MeshFigures& figures) {
   figures.mean_aspect = quality.mean_aspect;
   figures.histogram = quality.histogram;
   figures.below = quality.tetrahedra_below;
+  figures.below_of_solid = quality.of_solid;
 }
 
 std::shared_ptr<const meshing::SizeField> tolerance_shares(

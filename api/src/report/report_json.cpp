@@ -98,6 +98,9 @@ Json described(const MeshFigures& summary) {
                              {"below_1", summary.below[0]},
                              {"below_5", summary.below[1]},
                              {"below_10", summary.below[2]},
+                             {"of_solid_below_1", summary.below_of_solid[0]},
+                             {"of_solid_below_5", summary.below_of_solid[1]},
+                             {"of_solid_below_10", summary.below_of_solid[2]},
                              {"histogram", summary.histogram}};
   mesh["aspect"] = {{"smallest", summary.smallest_aspect}, {"mean", summary.mean_aspect}};
   return mesh;

@@ -33,6 +33,10 @@ void print_mesh_summary(std::ostream& out, const MeshFigures& mesh, bool with_hi
                      grouped(mesh.below[0]), grouped(mesh.below[1]),
                      counted(mesh.below[2], "# tetrahedr[on|a]"),
                      percent * static_cast<double>(mesh.below[2]));
+  if (mesh.below_of_solid[2] > 0)
+    out << fmt::format("            of these where the solid is as sharp: {}, {} and {}\n",
+                       grouped(mesh.below_of_solid[0]), grouped(mesh.below_of_solid[1]),
+                       grouped(mesh.below_of_solid[2]));
   if (!with_histogram) return;
   const auto most = *std::max_element(mesh.histogram.begin(), mesh.histogram.end());
   for (std::size_t i = 0; i < mesh.histogram.size(); ++i)

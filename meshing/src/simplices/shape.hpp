@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <numbers>
 
 #include "bsp2/geometry/support/vectors.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
@@ -24,6 +26,27 @@ inline double squared_distance(const Point& a, const Point& b) {
                                                               const Point& d) {
   const Point ab = b - a, ac = c - a, ad = d - a, bc = c - b, bd = d - b;
   return {cross(bc, bd), cross(ad, ac), cross(ab, ad), cross(ac, ab)};
+}
+
+/// The angle between two faces of a tetrahedron, in degrees.
+struct DihedralAngle {
+  std::array<std::uint8_t, 2> edge, beside;  ///< corners that both have, and the other two
+  double degrees;
+};
+
+inline std::array<DihedralAngle, 6> dihedral_angles(const std::array<Point, 4>& normals) {
+  std::array<DihedralAngle, 6> angles{{{{2, 3}, {0, 1}, 0},
+                                       {{1, 3}, {0, 2}, 0},
+                                       {{1, 2}, {0, 3}, 0},
+                                       {{0, 3}, {1, 2}, 0},
+                                       {{0, 2}, {1, 3}, 0},
+                                       {{0, 1}, {2, 3}, 0}}};
+  for (DihedralAngle& angle : angles) {
+    const Point &a = normals[angle.beside[0]], &b = normals[angle.beside[1]];
+    const Point sine = cross(a, b);
+    angle.degrees = std::atan2(std::sqrt(dot(sine, sine)), -dot(a, b)) * 180 / std::numbers::pi;
+  }
+  return angles;
 }
 
 /// A shape that rounding makes of flat ones.

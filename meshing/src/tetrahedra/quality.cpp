@@ -1,11 +1,40 @@
-#include <numbers>
+#include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 #include "simplices/shape.hpp"
+#include "tetrahedra/wedges.hpp"
 
 namespace bsp2::meshing {
 namespace {
+
+constexpr std::array<double, 3> limits{1, 5, 10};  // of Quality::tetrahedra_below
+
+/// A tetrahedron with an angle below a limit, and its angles that are.
+struct Thin {
+  std::uint32_t tetrahedron;
+  double smallest;
+  std::vector<std::pair<Wedges::Edge, double>> angles;
+};
+
+/// How many of them are thin because the solid is as sharp there, by limit.
+std::array<std::uint64_t, 3> count_of_solid(const Tetrahedra& mesh, const std::vector<Thin>& thin) {
+  std::vector<Wedges::Edge> edges;
+  for (const Thin& some : thin)
+    for (const auto& [edge, angle] : some.angles) edges.push_back(edge);
+  const Wedges wedges(mesh, edges);
+  std::array<std::uint64_t, 3> counts{};
+  for (const Thin& some : thin)
+    for (std::size_t i = 0; i < limits.size(); ++i) {
+      const auto is_of_solid = [&](const std::pair<Wedges::Edge, double>& at) {
+        return at.second >= limits[i] || wedges.angle(at.first, some.tetrahedron) < limits[i];
+      };
+      if (some.smallest < limits[i] && std::ranges::all_of(some.angles, is_of_solid)) ++counts[i];
+    }
+  return counts;
+}
 
 /// See Quality.
 double aspect_of(const std::array<const Point*, 4>& p, const std::array<Point, 4>& normals) {
@@ -24,7 +53,9 @@ double aspect_of(const std::array<const Point*, 4>& p, const std::array<Point, 4
 Quality quality_of(const Tetrahedra& mesh) {
   Quality quality;
   double sum = 0, sum_of_aspects = 0;
-  for (const auto& t : mesh.tetrahedra) {
+  std::vector<Thin> thin;
+  for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
+    const auto& t = mesh.tetrahedra[i];
     geometry::Interruption::check();
     const std::array<const Point*, 4> p{&mesh.points[t[0]], &mesh.points[t[1]], &mesh.points[t[2]],
                                         &mesh.points[t[3]]};
@@ -33,22 +64,21 @@ Quality quality_of(const Tetrahedra& mesh) {
     const double aspect = aspect_of(p, n);
     quality.smallest_aspect = std::min(quality.smallest_aspect, aspect);
     sum_of_aspects += aspect;
-    double smallest = 180;
-    for (int i = 0; i < 4; ++i)
-      for (int k = i + 1; k < 4; ++k) {
-        const Point sine = cross(n[i], n[k]);
-        const double angle =
-            std::atan2(std::sqrt(dot(sine, sine)), -dot(n[i], n[k])) * 180 / std::numbers::pi;
-        smallest = std::min(smallest, angle);
-        quality.largest_angle = std::max(quality.largest_angle, angle);
-        ++quality.histogram[static_cast<std::size_t>(std::clamp(angle / 10, 0.0, 17.0))];
-      }
-    quality.smallest_angle = std::min(quality.smallest_angle, smallest);
-    sum += smallest;
-    const std::array<double, 3> limits{1, 5, 10};
-    for (std::size_t i = 0; i < limits.size(); ++i)
-      if (smallest < limits[i]) ++quality.tetrahedra_below[i];
+    Thin found{static_cast<std::uint32_t>(i), 180, {}};
+    for (const DihedralAngle& angle : dihedral_angles(n)) {
+      found.smallest = std::min(found.smallest, angle.degrees);
+      quality.largest_angle = std::max(quality.largest_angle, angle.degrees);
+      ++quality.histogram[static_cast<std::size_t>(std::clamp(angle.degrees / 10, 0.0, 17.0))];
+      if (angle.degrees < limits.back())
+        found.angles.emplace_back(Wedges::edge_between(t[angle.edge[0]], t[angle.edge[1]]), angle.degrees);
+    }
+    quality.smallest_angle = std::min(quality.smallest_angle, found.smallest);
+    sum += found.smallest;
+    for (std::size_t k = 0; k < limits.size(); ++k)
+      if (found.smallest < limits[k]) ++quality.tetrahedra_below[k];
+    if (found.smallest < limits.back()) thin.push_back(std::move(found));
   }
+  quality.of_solid = count_of_solid(mesh, thin);
   if (const auto count = static_cast<double>(mesh.tetrahedra.size()); count > 0) {
     quality.mean_smallest_angle = sum / count;
     quality.mean_aspect = sum_of_aspects / count;

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <vector>
 
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
@@ -71,10 +72,57 @@ TEST(Quality, AspectIsOneOfRegularTetrahedraAndNoneOfFlatOnes) {
   mesh.tetrahedra = {{4, 1, 2, 3}};  // a corner of a cube
   EXPECT_NEAR(quality_of(mesh).smallest_aspect, 2 * std::sqrt(3.0) / (3 + std::sqrt(3.0)), 1e-12);
   mesh.tetrahedra.push_back({4, 1, 2, 5});
+  mesh.part.resize(2);
   const Quality quality = quality_of(mesh);
   EXPECT_EQ(quality.smallest_aspect, 0);
   EXPECT_EQ(quality.turned, 1U);
   EXPECT_NEAR(quality.mean_aspect, std::sqrt(3.0) / (3 + std::sqrt(3.0)), 1e-12);
+}
+
+/// Tetrahedra around an edge, some of them in one part, then some in another or in the same beyond a
+/// triangle: by the angles they were made with.
+TEST(Quality, SmallAnglesAreOfTheSolidWhereItIsAsSharp) {
+  const std::uint64_t seed = dataflow::new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  constexpr std::array limits{1, 5, 10};
+  std::array<std::uint64_t, 3> met{}, met_not{};
+  for (int round = 0; round < samples::all_rounds(300); ++round) {
+    Tetrahedra mesh;
+    mesh.points = {{0, 0, -1}, {0, 0, 1}, {1, 0, 0}};
+    std::array<std::uint64_t, 3> below{}, of_solid{};
+    double turned_by = 0;
+    const bool has_parts = dataflow::pick(random, 0, 1) == 1;
+    for (int wedge = 0; wedge < 3; ++wedge) {
+      std::vector<double> angles(static_cast<std::size_t>(dataflow::pick(random, 1, 5)));
+      double all = 0;
+      const int most = dataflow::pick(random, 0, 1) == 1 ? 30 : 150;  // tenths of degrees
+      for (double& angle : angles)
+        all += angle = 0.1 * dataflow::pick(random, 1, most) + 0.0437;  // no sum is a limit
+      for (const double angle : angles) {
+        turned_by += angle * std::numbers::pi / 180;
+        const auto last = static_cast<std::uint32_t>(mesh.points.size());
+        mesh.points.push_back({std::cos(turned_by), std::sin(turned_by), 0});
+        mesh.tetrahedra.push_back({0, last - 1, last, 1});
+        mesh.part.push_back(has_parts ? wedge : 0);
+        for (std::size_t i = 0; i < limits.size(); ++i) {
+          if (angle >= limits[i]) continue;
+          ++below[i];
+          if (all < limits[i]) ++of_solid[i];
+        }
+      }
+      if (!has_parts) mesh.triangles.push_back({1, static_cast<std::uint32_t>(mesh.points.size() - 1), 0});
+    }
+    const Quality quality = quality_of(mesh);
+    ASSERT_EQ(quality.turned, 0U);
+    ASSERT_EQ(quality.tetrahedra_below, below);
+    ASSERT_EQ(quality.of_solid, of_solid);
+    for (std::size_t i = 0; i < limits.size(); ++i) {
+      met[i] += of_solid[i];
+      met_not[i] += below[i] - of_solid[i];
+    }
+  }
+  for (std::size_t i = 0; i < limits.size(); ++i) EXPECT_GT(met[i] * met_not[i], 0U);
 }
 
 using Condition = GroupRule::Condition;

@@ -90,6 +90,8 @@ struct Quality {
   double mean_smallest_angle = 0;                   ///< of the smallest of each tetrahedron
   std::array<std::uint64_t, 18> histogram{};        ///< dihedral angles in steps of 10 degrees
   std::array<std::uint64_t, 3> tetrahedra_below{};  ///< whose smallest angle is below 1, 5 and 10 degrees
+  /// Of these, those whose angles below that are all of edges at which the solid itself is as sharp.
+  std::array<std::uint64_t, 3> of_solid{};
   /// The radius of the inscribed ball by the longest edge, as a share of that of a regular tetrahedron: from
   /// 0 (flat, or turned over) to 1.
   double smallest_aspect = 1, mean_aspect = 0;
