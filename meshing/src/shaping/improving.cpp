@@ -22,6 +22,9 @@ constexpr double very_good = 0.6, good = 0.35, fair = 0.2;
 constexpr double very_thin = 0.0175;  // has an angle below 1 degree, or above 179
 /// Of what is cleaned: what is so near to an edge is on it, but for rounding.
 constexpr double as_good_as_on = 1e-3;
+/// What may be moved is not used up at once: a share is left for what refining brings near to each other, and
+/// one for the worst of what there is then.
+constexpr double share_at_first = 0.8, share_when_refined = 0.9;
 
 using geometry::Interruption;
 using Pair = Sizing::Pair;
@@ -40,7 +43,9 @@ class Shaping {
   ShapeReport run() {
     report_.tetrahedra_at_first = editor_.size();
     report_.turned_at_first = turned();
+    if (options_.size > 0) clean_ = share_at_first * options_.clean;
     for (int pass = 0; pass < 5; ++pass) {
+      if (pass == 4) clean_ = options_.clean;  // rather than that something stays turned over
       clean();
       absorb();
       if (turned() == 0) break;
@@ -49,6 +54,7 @@ class Shaping {
     clean();
     remember_moves();
     if (options_.size > 0) make_good();
+    clean_ = options_.clean;
     absorb();
     if (options_.size > 0 && options_.true_place) place_truly();
     report_.turned = turned();
@@ -77,6 +83,7 @@ class Shaping {
   const ShapeOptions& options_;
   Editor editor_;
   ShapeReport report_;
+  double clean_ = options_.clean;      // by now
   SurfaceMoves before_;                // up to remember_moves; and since:
   std::vector<Displacement> moved_;    // of what has become this point
   std::vector<Displacement> bent_at_;  // by point: of edges that lead through it
@@ -150,8 +157,7 @@ class Shaping {
 
   /// What is shorter than that there is absorbed.
   [[nodiscard]] double clean_at(const Point& place) const {
-    return options_.clean_by_place.is_empty() ? options_.clean
-                                              : std::min(options_.clean, options_.clean_by_place.at(place));
+    return options_.clean_by_place.is_empty() ? clean_ : std::min(clean_, options_.clean_by_place.at(place));
   }
   [[nodiscard]] double clean_between(std::uint32_t u, std::uint32_t v) const {
     return std::min(clean_at(editor_.point(u)), clean_at(editor_.point(v)));
@@ -311,8 +317,7 @@ class Shaping {
       const Displacement moved = is_told ? in_all(since, editor_.point(to)) : Displacement();
       // A point inside may go as far as it likes where nothing else has helped: that moves no surface.
       const double far = is_told || !may_leave_more ? std::max(length, moved.length()) : 0;
-      if (far > options_.clean || far > clean_between(u, v) || !editor_.merge(from, to, may_leave_more))
-        continue;
+      if (far > clean_ || far > clean_between(u, v) || !editor_.merge(from, to, may_leave_more)) continue;
       if (!is_told) return true;
       raise(moved_, to, since);
       ++report_.moved_points;
@@ -384,11 +389,10 @@ class Shaping {
   }
 
   void clean() {
-    if (!(options_.clean > 0)) return;
+    if (!(clean_ > 0)) return;
     for (int pass = 0; pass < 4; ++pass) {
       std::uint64_t changed = 0;
-      for (const auto& [u, v] :
-           sizing_.edges_where([&](double length, double) { return length < options_.clean; })) {
+      for (const auto& [u, v] : sizing_.edges_where([&](double length, double) { return length < clean_; })) {
         Interruption::check();
         if (editor_.star(u).empty() || editor_.star(v).empty() || editor_.length(u, v) > clean_between(u, v))
           continue;
@@ -521,14 +525,13 @@ class Shaping {
     const auto counts = wanted_.tetrahedra_by_part();
     const bool is_in_pieces = is_for_pieces(counts);
     is_in_pieces ? work_in_pieces(counts) : refine_well();
-    clean();  // what that has brought near to each other; not in pieces: what they share stays
-    remember_moves();
-    finish();
+    clean_ = share_when_refined * options_.clean;
+    clean_and_finish();  // what that has brought near to each other; not in pieces: what they share stays
+    clean_ = options_.clean;
+    if (has_worse_than(very_thin)) clean_and_finish();
     if (!is_in_pieces && has_worse_than(very_thin) && wanted_.begin_again_with_cleaned()) {
       refine_well();
-      clean();
-      remember_moves();
-      finish();
+      clean_and_finish();
     }
     report_.detail = wanted_.detail();
     report_.too_many = std::max(report_.too_many, wanted_.too_many());
@@ -572,6 +575,12 @@ class Shaping {
     for (std::uint32_t t = 0; t < editor_.size(); ++t)
       if (!editor_.at(t).is_gone() && editor_.at(t).shape < shape) return true;
     return false;
+  }
+
+  void clean_and_finish() {
+    clean();
+    remember_moves();
+    finish();
   }
 
   void finish() {

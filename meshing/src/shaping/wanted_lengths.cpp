@@ -23,7 +23,7 @@ constexpr double of_wedges = 8, blunt = 0.5236, sharp = 0.1745;
 // Details of a length that is this share of the wanted one are refined for at first; then by step and step
 // finer ones, but no finer than that: what is coarse is of good shape then, and what is fine goes over to it.
 // Where that makes too many tetrahedra, steps are smaller.
-constexpr double coarsest = 1.0 / 16, finest = 1.0 / 65536, largest_step = 1.0 / 8, last_step = 0.5;
+constexpr double coarsest = 1.0 / 16, finest = 1.0 / 65536, largest_step = 1.0 / 8, last_step = 0.8;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The mean of the inverse cubes of a number that goes linearly from corner to corner of a tetrahedron: the
