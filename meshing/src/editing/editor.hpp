@@ -30,6 +30,14 @@ class Editor {
     std::int32_t part;
     double shape;
     [[nodiscard]] bool is_gone() const { return point[0] == none; }
+    [[nodiscard]] std::array<std::array<std::uint32_t, 2>, 6> edges() const {
+      return {{{point[0], point[1]},
+               {point[0], point[2]},
+               {point[0], point[3]},
+               {point[1], point[2]},
+               {point[1], point[3]},
+               {point[2], point[3]}}};
+    }
     [[nodiscard]] int place_of(std::uint32_t p) const {
       return point[0] == p ? 0 : point[1] == p ? 1 : point[2] == p ? 2 : point[3] == p ? 3 : -1;
     }
