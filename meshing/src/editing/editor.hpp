@@ -106,7 +106,8 @@ class Editor {
   /// A new point in the middle of an edge. @param least the shape of what comes of it, at least.
   /// @return the point, or `none` if it was refused.
   std::uint32_t split(std::uint32_t u, std::uint32_t v, double least);
-  /// Splits an edge inside where that makes the worst tetrahedron around it better.
+  /// Splits an edge where that makes the worst tetrahedron around it better; one of the surface in its
+  /// middle.
   bool split_better(std::uint32_t u, std::uint32_t v);
   /// A new point at x in place of a tetrahedron and of as many around it as must be taken out for all that
   /// comes of it to be of a better shape than `least`.
@@ -169,6 +170,7 @@ class Editor {
     std::vector<std::pair<std::uint32_t, std::int32_t>> sides;  // of faces at the edge: third point, side
     [[nodiscard]] bool is_inside() const { return sides.empty(); }
     [[nodiscard]] bool is_flat() const { return sides.size() == 2 && sides[0].second == sides[1].second; }
+    [[nodiscard]] Kind kind_on_edge() const { return is_inside() ? inside : is_flat() ? on_side : on_edge; }
   };
   /// A part of a ring between two faces on a side, or all of it, to be filled without its edge.
   struct Arc {
@@ -246,6 +248,9 @@ class Editor {
                     std::int32_t part);
   void remove(std::uint32_t t);
   void arrange_tetrahedra(const std::vector<std::uint32_t>& map);
+  [[nodiscard]] Point middle_between(std::uint32_t u, std::uint32_t v) const;
+  [[nodiscard]] double worst_with_middle(const Ring& ring, std::uint32_t u, std::uint32_t v, std::uint32_t m,
+                                         double enough) const;
   void replace_with_middle(const Ring& ring, std::uint32_t u, std::uint32_t v, std::uint32_t m);
   [[nodiscard]] double depth(const std::array<std::uint32_t, 4>& p) const;
   [[nodiscard]] std::vector<FaceUse> uses_of(const Change& change) const;

@@ -23,12 +23,16 @@ void Editor::replace_with_middle(const Ring& ring, std::uint32_t u, std::uint32_
   }
 }
 
+Point Editor::middle_between(std::uint32_t u, std::uint32_t v) const {
+  Point middle;
+  for (std::size_t k = 0; k < 3; ++k) middle[k] = points_[u][k] + (points_[v][k] - points_[u][k]) / 2;
+  return middle;
+}
+
 std::uint32_t Editor::split(std::uint32_t u, std::uint32_t v, double least) {
   const Ring ring = ring_of(u, v);
   if (ring.tetrahedra.empty() || is_fixed(u, v, ring)) return none;
-  Point middle;
-  for (std::size_t k = 0; k < 3; ++k) middle[k] = points_[u][k] + (points_[v][k] - points_[u][k]) / 2;
-  const std::uint32_t m = add_point(middle, ring.is_inside() ? inside : ring.is_flat() ? on_side : on_edge);
+  const std::uint32_t m = add_point(middle_between(u, v), ring.kind_on_edge());
   for (const std::uint32_t t : ring.tetrahedra)
     for (const std::uint32_t end : {u, v}) {
       std::array<std::uint32_t, 4> p = tetrahedra_[t].point;
@@ -43,9 +47,24 @@ std::uint32_t Editor::split(std::uint32_t u, std::uint32_t v, double least) {
   return m;
 }
 
+/// The worst shape of what a point makes of the tetrahedra around an edge; or one that is no more than
+/// `enough`.
+double Editor::worst_with_middle(const Ring& ring, std::uint32_t u, std::uint32_t v, std::uint32_t m,
+                                 double enough) const {
+  double worst = 1;
+  for (const std::uint32_t t : ring.tetrahedra)
+    for (const std::uint32_t end : {u, v}) {
+      if (worst <= enough) return worst;
+      std::array<std::uint32_t, 4> p = tetrahedra_[t].point;
+      p[static_cast<std::size_t>(tetrahedra_[t].place_of(end))] = m;
+      worst = std::min(worst, shape(p));
+    }
+  return worst;
+}
+
 bool Editor::split_better(std::uint32_t u, std::uint32_t v) {
   const Ring ring = ring_of(u, v);
-  if (ring.tetrahedra.empty() || !ring.is_inside()) return false;
+  if (ring.tetrahedra.empty() || is_fixed(u, v, ring)) return false;
   double before = 1;
   Point centre{};
   for (const std::uint32_t t : ring.tetrahedra) {
@@ -54,19 +73,15 @@ bool Editor::split_better(std::uint32_t u, std::uint32_t v) {
       for (std::size_t k = 0; k < 3; ++k)
         centre[k] += points_[p][k] / static_cast<double>(4 * ring.tetrahedra.size());
   }
-  const std::uint32_t m = add_point(centre, inside);
+  const Point middle = middle_between(u, v);
+  const std::uint32_t m = add_point(middle, ring.kind_on_edge());
   double best = before;
   Point best_place{};
   for (const double share : {0.0, 0.5, 1.0}) {
+    if (share < 1 && !ring.is_inside()) continue;
     for (std::size_t k = 0; k < 3; ++k)
-      points_[m][k] = centre[k] + share * ((points_[u][k] + points_[v][k]) / 2 - centre[k]);
-    double worst = 1;
-    for (const std::uint32_t t : ring.tetrahedra)
-      for (const std::uint32_t end : {u, v}) {
-        std::array<std::uint32_t, 4> p = tetrahedra_[t].point;
-        p[static_cast<std::size_t>(tetrahedra_[t].place_of(end))] = m;
-        worst = worst > best ? std::min(worst, shape(p)) : worst;
-      }
+      points_[m][k] = share < 1 ? centre[k] + share * (middle[k] - centre[k]) : middle[k];
+    const double worst = worst_with_middle(ring, u, v, m, best);
     if (worst > best) {
       best = worst;
       best_place = points_[m];

@@ -53,8 +53,11 @@ bool Improver::improve_one(std::uint32_t t, bool with_new_points) {
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)})
       if (collapse_to_better(from, to, better)) return true;
   if (!with_new_points) return false;
+  // Of the surface only what is long, so that its edges do not become ever shorter.
   for (const auto& [u, v] : edges)
-    if (editor_.split_better(u, v)) return true;
+    if ((editor_.length(u, v) > wanted_.between(u, v) || !editor_.is_on_surface(u, v)) &&
+        editor_.split_better(u, v))
+      return true;
   return insert_near(t);
 }
 

@@ -1,5 +1,7 @@
 // Tetrahedra of good shape: of solids for which it is known what comes of them.
 
+#include "simplices/shape.hpp"
+
 #include <gtest/gtest.h>
 #include <time.h>
 
@@ -17,6 +19,7 @@
 #include "bsp2/meshing/tetrahedra/dual.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 #include "dataflow/oracle.hpp"
+#include "editing/editor.hpp"
 #include "meshing/mesh_checks.hpp"
 #include "support/rounds.hpp"
 
@@ -124,6 +127,79 @@ TEST(Shape, ABlockOfOneSizeIsGood) {
   EXPECT_GT(quality.smallest_angle, 8);
   EXPECT_EQ(quality.tetrahedra_below[2], 0U);
   EXPECT_GT(quality.mean_aspect, 0.5);
+}
+
+/// Tetrahedra around an edge, all around it or not: it is divided if that makes the worst of them better, and
+/// in its middle if it is on the surface.
+TEST(Editor, DividesEdgesWhereTheWorstBecomesBetter) {
+  const std::uint64_t seed = dataflow::new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  std::array<std::array<int, 2>, 2> met{};  // by whether it is inside, and was divided
+  for (int round = 0; round < samples::all_rounds(500); ++round) {
+    const bool is_inside = dataflow::chance(random, 0.5);
+    const int count = dataflow::pick(random, is_inside ? 4 : 1, 7);
+    Tetrahedra mesh;
+    mesh.points = {{0, 0, -dataflow::uniform(random, 0.6, 3)}, {0, 0, dataflow::uniform(random, 0.6, 3)}};
+    const double step =
+        is_inside ? 2 * std::numbers::pi / count : dataflow::uniform(random, 0.1, 5.0 / (count + 1));
+    const int corners = is_inside ? count : count + 1;
+    for (int i = 0; i < corners; ++i) {
+      const double angle = i * step, far = dataflow::uniform(random, 0.5, 1.5);
+      mesh.points.push_back(
+          {far * std::cos(angle), far * std::sin(angle), dataflow::uniform(random, -0.2, 0.2)});
+    }
+    const auto corner = [&](int i) { return static_cast<std::uint32_t>(2 + i % corners); };
+    for (int i = 0; i < count; ++i) mesh.tetrahedra.push_back({0, corner(i), corner(i + 1), 1});
+    mesh.part.assign(mesh.tetrahedra.size(), 0);
+    mesh.sides = {
+        {0, 0, PlaneSide::nothing, {0, 0, 1}}};  // all on one: what counts is whether they are outer
+    for (int i = 0; i < count; ++i)
+      for (const std::uint32_t end : {0U, 1U}) {
+        mesh.triangles.push_back(
+            {end, corner(i + 1 - static_cast<int>(end)), corner(i + static_cast<int>(end))});
+      }
+    if (!is_inside) {
+      mesh.triangles.push_back({0, corner(0), 1});
+      mesh.triangles.push_back({1, corner(count), 0});
+    }
+    mesh.side.assign(mesh.triangles.size(), 0);
+    const auto worst_of = [](const Tetrahedra& some) {
+      double worst = 1;
+      for (const auto& [a, b, c, d] : some.tetrahedra)
+        worst = std::min(worst, shape_of(some.points[a], some.points[b], some.points[c], some.points[d]));
+      return worst;
+    };
+    const double before = worst_of(mesh);
+    ASSERT_GT(before, 0);
+    Tetrahedra halved = mesh;
+    halved.points.push_back({0, 0, (mesh.points[0][2] + mesh.points[1][2]) / 2});
+    const auto middle = static_cast<std::uint32_t>(mesh.points.size());
+    for (int i = 0; i < count; ++i) {
+      halved.tetrahedra.push_back(halved.tetrahedra[static_cast<std::size_t>(i)]);
+      halved.tetrahedra[static_cast<std::size_t>(i)][0] = middle;
+      halved.tetrahedra.back()[3] = middle;
+    }
+    Editor editor(mesh);
+    const bool is_divided = editor.split_better(0, 1);
+    std::vector<std::uint32_t> map;
+    const Tetrahedra after = editor.result(map);
+    ++met[is_inside ? 1 : 0][is_divided ? 1 : 0];
+    if (!is_inside) {
+      ASSERT_EQ(is_divided, worst_of(halved) > before);
+    } else if (worst_of(halved) > before) {
+      ASSERT_TRUE(is_divided);
+    }
+    ASSERT_EQ(after.tetrahedra.size(), mesh.tetrahedra.size() * (is_divided ? 2 : 1));
+    if (is_divided) {
+      ASSERT_GT(worst_of(after), before);
+    }
+    if (is_divided && !is_inside) {
+      ASSERT_NEAR(after.points.back()[2], halved.points.back()[2], 1e-15);
+    }
+  }
+  for (const auto& of : met)
+    for (const int times : of) EXPECT_GT(times, 0);
 }
 
 /// The side of a cylinder of facets becomes round: nearly all points come to where they belong.
