@@ -385,6 +385,13 @@ std::optional<std::int32_t> MeshProducer::winding_around(const Point& point) con
   return winding_anew(point);
 }
 
+std::optional<int> MeshProducer::change_across(std::uint32_t facet, const Point& from, const Point& to,
+                                               double error) const {
+  const auto& [a, b, c] = mesh_.facets[facet].corners;
+  return crossing(from, to, mesh_.points[a], mesh_.points[b], mesh_.points[c],
+                  error + 2 * mesh_.error + 0x1p-50 * network_.table.radius());
+}
+
 std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const Reference& from,
                                                      const Word* leaf) const {
   std::int32_t winding = from.winding;

@@ -38,6 +38,9 @@ class MeshProducer {
   }
   /// How often the mesh winds around a point of the model's space; nothing where rounding leaves that open.
   [[nodiscard]] std::optional<std::int32_t> winding_around(const std::array<double, 3>& point) const;
+  /// How that changes from one point to another across a facet. @param error of the latter point.
+  [[nodiscard]] std::optional<int> change_across(std::uint32_t facet, const std::array<double, 3>& from,
+                                                 const std::array<double, 3>& to, double error) const;
 
  private:
   using Point = std::array<double, 3>;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bsp2/geometry/surface/exact_points.hpp"
-
 namespace bsp2::dataflow {
 
 using geometry::HyperplaneId;
@@ -63,6 +61,13 @@ std::array<HyperplaneId, 3> MeshSurface::planes_at(std::uint32_t facet, std::uin
   return {outward(facet).id(), across(facet, (corner + 2) % 3), across(facet, corner)};
 }
 
+std::array<HyperplaneId, 3> MeshSurface::first_planes_at(std::uint32_t point) const {
+  const FacetCorner& first = topology_->around(point).front();
+  auto planes = planes_at(first.facet, first.number);
+  std::sort(planes.begin(), planes.end());
+  return planes;
+}
+
 double MeshSurface::volume_between(const std::array<HyperplaneId, 3>& planes) const {
   const auto a = network_->table.rounded(planes[0]).normal, b = network_->table.rounded(planes[1]).normal,
              c = network_->table.rounded(planes[2]).normal;
@@ -84,8 +89,10 @@ Box<3> MeshSurface::bounds_of(std::uint32_t facet) const {
 
 void MeshSurface::polygon(std::uint32_t facet, geometry::Buffer<PolygonCorner>& polygon) const {
   polygon.clear();
-  for (std::uint32_t k = 0; k < 3; ++k)
-    polygon.push({geometry::canonical_vertex(network_->table, planes_at(facet, k)), across(facet, k)});
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::uint32_t at = point(facet, k);
+    polygon.push({{mesh_->points[at], mesh_->error, first_planes_at(at)}, across(facet, k)});
+  }
 }
 
 /// By those of the lowest hyperplanes that are farthest from parallel, as the surface does.
@@ -107,11 +114,7 @@ MeshSurface::Name MeshSurface::name_of(std::uint32_t facet, std::uint32_t corner
         name = {some[i], some[j], some[k]};
       }
   if (largest > surely_independent) return {name, true};
-  // By the first facet, of those around the point, that tells.
-  const FacetCorner& first = topology_->around(at).front();
-  name = planes_at(first.facet, first.number);
-  std::sort(name.begin(), name.end());
-  return {name, false};
+  return {first_planes_at(at), false};
 }
 
 void MeshSurface::append_planes_at(std::uint32_t point, std::vector<HyperplaneId>& planes) const {

@@ -11,9 +11,10 @@
 
 namespace bsp2::dataflow {
 
-/// The facets of a mesh as convex polygons with exact corners: each corner is where a facet's hyperplane
-/// meets those beyond its two edges. Between coplanar facets there is none: there the edge gets one of its
-/// own, across the facet. Once made, any number of threads may read it.
+/// The facets of a mesh as convex polygons with exact corners: each corner is where the hyperplane of a facet
+/// there, the same whichever facet is asked, meets those beyond its two edges. Between coplanar facets there
+/// is none: there the edge gets one of its own, across the facet. Once made, any number of threads may read
+/// it.
 class MeshSurface {
  public:
   /// Adds hyperplanes to the network's table. @pre the planes of the mesh are exact, and it is surely
@@ -60,6 +61,8 @@ class MeshSurface {
   void find_neighbours(geometry::HyperplaneTable<3>& table);
   [[nodiscard]] geometry::Covector<3> across_edge(std::uint32_t facet, std::uint32_t corner) const;
   [[nodiscard]] std::array<HyperplaneId, 3> planes_at(std::uint32_t facet, std::uint32_t corner) const;
+  /// By the first of the facets around it, ascending.
+  [[nodiscard]] std::array<HyperplaneId, 3> first_planes_at(std::uint32_t point) const;
   [[nodiscard]] double volume_between(const std::array<HyperplaneId, 3>& planes) const;
 };
 

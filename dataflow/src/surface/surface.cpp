@@ -110,6 +110,7 @@ class Tracing {
     call_on_large_stacks(threads, [&](std::size_t thread) { across_[thread] = trace(facets, skins); });
     for (geometry::Skin& skin : skins) result_.skin.append(std::exchange(skin, {}));
     result_.boxes = boxes_;
+    for (const auto& some : hot_) result_.boxes_of_cells += some.size();
     result_.has_given_up = has_given_up_;
     if (!stop_) add_facets_across(facets);
     if (!stop_) add_skin_of_cells(network_, std::exchange(hot_, {}), options_.threads, stop_, result_.skin);

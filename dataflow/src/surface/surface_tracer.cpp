@@ -24,7 +24,7 @@ namespace {
 /// Boxes with so many facets of several operands are not cut.
 constexpr double few_facets = 120;
 /// Nor those with so many where meshes meet.
-constexpr double few_of_meshes = 24;
+constexpr double few_of_meshes = 40;
 /// An operand on both sides of a cut counts on each by this share of its facets.
 constexpr double share_of_both = 0.7;
 /// The work on the facets of a box grows like their square. A cut that leaves more than this share of it is
@@ -51,7 +51,12 @@ Label label_of_leaf(const Word* leaf, Label label) {
 
 SurfaceTracer::SurfaceTracer(const Network<3>& network, const OperandFacets& facets,
                              const std::atomic<bool>& stop)
-    : network_(network), source_(facets), stop_(stop), kernel_(network.table), skin_(network.table) {}
+    : network_(network),
+      source_(facets),
+      stop_(stop),
+      kernel_(network.table),
+      clipper_(network.table, kernel_),
+      skin_(network.table) {}
 
 // --- boxes ---
 
@@ -288,7 +293,11 @@ Label SurfaceTracer::label_at_centre(std::uint32_t producer, const Sides& box) {
     centre[k] = (table.axis_value(axis, box.low[k]) + table.axis_value(axis, box.high[k])) / 2;
     if (centre[k] < bounds.lower[k] || centre[k] > bounds.upper[k]) return Label::out;
   }
-  if (network_.producers[producer].kind == ProducerKind::mesh) return label_of_mesh(producer, box, centre);
+  if (network_.producers[producer].kind == ProducerKind::mesh) {
+    const auto winding = winding_in(producer, box);
+    if (!winding) has_given_up_ = true;
+    return winding && winding->number != 0 ? Label::in : Label::out;
+  }
   for (const OrientedHyperplane plane : network_.planes_of(network_.producers[producer])) {
     const auto h = table.rounded(plane.id());
     const double value = plane.flipped() ? -h.at(centre) : h.at(centre);
@@ -300,24 +309,24 @@ Label SurfaceTracer::label_at_centre(std::uint32_t producer, const Sides& box) {
   return Label::in;
 }
 
-/// Where a box that no facet meets lies to a mesh: by its centre, or another point of the box where rounding
-/// leaves that open.
-Label SurfaceTracer::label_of_mesh(std::uint32_t producer, const Sides& box,
-                                   const std::array<double, 3>& centre) {
+/// How often a mesh winds around the centre of a box, or another point there where rounding leaves that open.
+std::optional<SurfaceTracer::Winding> SurfaceTracer::winding_in(std::uint32_t producer,
+                                                                const Sides& box) const {
   const MeshProducer mesh(network_, network_.producers[producer]);
   std::minstd_rand random(4711);  // the same points in every run
-  std::array<double, 3> at = centre;
+  double share = 0.5;
   for (int attempt = 0; attempt < 16; ++attempt) {
-    if (const auto winding = mesh.winding_around(at)) return *winding != 0 ? Label::in : Label::out;
+    std::array<double, 3> at;
     for (std::size_t k = 0; k < 3; ++k) {
       const int axis = static_cast<int>(k);
       const double low = network_.table.axis_value(axis, box.low[k]),
                    high = network_.table.axis_value(axis, box.high[k]);
-      at[k] = low + (high - low) * (0.25 + static_cast<double>(random() % 512) / 1024);
+      if (attempt > 0) share = 0.25 + static_cast<double>(random() % 512) / 1024;
+      at[k] = low + (high - low) * share;
     }
+    if (const auto winding = mesh.winding_around(at)) return Winding{at, *winding};
   }
-  has_given_up_ = true;
-  return Label::out;
+  return std::nullopt;
 }
 
 /// What of a facet is in a box. @return whether there is any.
@@ -488,12 +497,26 @@ void SurfaceTracer::find_pieces(const SurfaceBox& box) {
     for (const std::uint32_t facet : box.facets_of(0)) untouched_.push_back({facet, number, reversed});
     return;
   }
-  if (has_mesh(box)) return leave_to_cells(box);
-  if (box.facets.size() > most_in_a_box || box.facets.size() * box.operands.size() > most_with_operands) {
+  const bool are_many =
+      box.facets.size() > most_in_a_box || box.facets.size() * box.operands.size() > most_with_operands;
+  if (are_many) {
+    if (has_mesh(box)) return leave_to_cells(box);
     has_given_up_ = true;
     return;
   }
-  touch({box.facets.data(), box.facets.size()});
+  load(box);
+  const std::size_t before = skin_.size();
+  is_untold_ = false;
+  for (std::uint32_t i = 0; i < operands_.size() && !stop_ && !is_untold_; ++i)
+    if (operands_[i].label == Label::fuzzy) find_pieces_of(i);
+  if (!is_untold_) return touch({box.facets.data(), box.facets.size()});
+  skin_.shrink(before);
+  leave_to_cells(box);
+}
+
+/// Of a box: its operands, with what of their facets is there.
+void SurfaceTracer::load(const SurfaceBox& box) {
+  box_ = {box.low, box.high};
   operands_.clear();
   facets_.clear();
   corners_.clear();
@@ -501,42 +524,28 @@ void SurfaceTracer::find_pieces(const SurfaceBox& box) {
   for (std::size_t i = 0; i < box.operands.size(); ++i) {
     const auto first = static_cast<std::uint32_t>(facets_.size());
     for (const std::uint32_t facet : box.facets_of(i)) {
-      if (!clip(facet, sides, polygon)) continue;
+      if (!clip(facet, box_, polygon)) continue;
       const auto begin = static_cast<std::uint32_t>(corners_.size());
       corners_.append({polygon.data(), polygon.size()});
-      facets_.push_back({source_.outward(facet), begin, static_cast<std::uint32_t>(corners_.size())});
+      facets_.push_back({source_.outward(facet), facet, begin, static_cast<std::uint32_t>(corners_.size()),
+                         bounds_of_polygon({polygon.data(), polygon.size()})});
     }
     const auto end = static_cast<std::uint32_t>(facets_.size());
     const std::uint32_t producer = box.operands[i].producer;
-    const Label label = end > first ? Label::fuzzy : label_at_centre(producer, sides);
-    operands_.push_back({label, producer, first, end});
+    const Label label = end > first ? Label::fuzzy : label_at_centre(producer, box_);
+    const bool is_mesh = network_.producers[producer].kind == ProducerKind::mesh;
+    operands_.push_back({label, is_mesh, producer, first, end});
     expression_.set(i, label, label);
   }
-  for (std::uint32_t i = 0; i < operands_.size() && !stop_; ++i)
-    if (operands_[i].label == Label::fuzzy) find_pieces_of(i);
 }
-
-namespace {
-
-Box<3> bounds_of_polygon(std::span<const PolygonCorner> polygon) {
-  Box<3> box = Box<3>::empty();
-  for (const PolygonCorner& corner : polygon)
-    for (std::size_t k = 0; k < 3; ++k) {
-      box.lower[k] = std::min(box.lower[k], corner.point.x[k] - corner.point.error);
-      box.upper[k] = std::max(box.upper[k], corner.point.x[k] + corner.point.error);
-    }
-  return box;
-}
-
-}  // namespace
 
 void SurfaceTracer::find_pieces_of(std::uint32_t own) {
   Polygon polygon;
-  for (std::uint32_t facet = operands_[own].begin; facet < operands_[own].end && !stop_; ++facet) {
-    const OrientedHyperplane outward = facets_[facet].outward;
-    polygon.assign({corners_.data() + facets_[facet].begin, facets_[facet].end - facets_[facet].begin});
-    order_operands(own, outward, bounds_of_polygon({polygon.data(), polygon.size()}));
-    hold_against(polygon, own, outward, 0);
+  for (std::uint32_t i = operands_[own].begin; i < operands_[own].end && !stop_ && !is_untold_; ++i) {
+    const FacetInBox& facet = facets_[i];
+    polygon.assign({corners_.data() + facet.begin, facet.end - facet.begin});
+    order_operands(own, facet.outward, facet.bounds);
+    hold_against(polygon, own, facet.outward, 0);
   }
 }
 
@@ -559,8 +568,9 @@ void SurfaceTracer::order_operands(std::uint32_t own, OrientedHyperplane outward
   });
 }
 
-/// The facet that an operand has in a hyperplane.
+/// The facet that a convex operand has in a hyperplane.
 std::optional<OrientedHyperplane> SurfaceTracer::facet_in(const Operand& operand, HyperplaneId id) const {
+  if (operand.is_mesh) return std::nullopt;
   for (std::uint32_t i = operand.begin; i < operand.end; ++i)
     if (facets_[i].outward.id() == id) return facets_[i].outward;
   return std::nullopt;
@@ -570,7 +580,7 @@ std::optional<OrientedHyperplane> SurfaceTracer::facet_in(const Operand& operand
 /// is not. @param beyond gets the latter, in convex pieces; nothing if the operand has nothing of the piece.
 /// @return whether it has any; then the piece is only that.
 bool SurfaceTracer::cut_along(const Operand& operand, HyperplaneId own, Polygon& piece,
-                              std::vector<Polygon>& beyond) {
+                              std::vector<Part>& beyond) {
   beyond.clear();
   const auto sides_of = [&](OrientedHyperplane plane, const Polygon& polygon) {  // 1: inside, 2: outside
     const unsigned sides = kernel_.sides({polygon.data(), polygon.size()}, plane.id());
@@ -598,45 +608,92 @@ bool SurfaceTracer::cut_along(const Operand& operand, HyperplaneId own, Polygon&
     Polygon inside, outside;
     kernel_.split({polygon.data(), polygon.size()}, own, plane.id(), plane.flipped() ? &outside : &inside,
                   plane.flipped() ? &inside : &outside);
-    beyond.push_back(std::move(outside));
+    beyond.push_back({std::move(outside), Label::out});
     rest = std::move(inside);
   }
   if (!beyond.empty()) piece = std::move(rest);
   return true;
 }
 
+/// Parts a piece into one that is inside of an operand or outside as a whole, or on its facet in the piece's
+/// hyperplane, and others that are inside or outside. @return where the one is; where an operand has a facet
+/// in the hyperplane, IN is on that.
+Label SurfaceTracer::part(Operand& operand, HyperplaneId own, Polygon& piece, std::vector<Part>& others) {
+  if (!operand.is_mesh) return cut_along(operand, own, piece, others) ? Label::in : Label::out;
+  const std::span facets(facets_.data() + operand.begin, operand.end - operand.begin);
+  std::optional<Label> label;
+  if (clipper_.part(facets, corners_, own, {piece.data(), piece.size()}, others)) {
+    if (others.empty()) {
+      label = label_around(operand, piece);
+    } else {
+      piece = std::move(others.back().polygon);
+      label = others.back().label;
+      others.pop_back();
+    }
+  }
+  if (!label) is_untold_ = true;
+  return label.value_or(Label::out);
+}
+
+/// Where a piece is that no facet of a mesh crosses: by the way to a point in its middle from one that is
+/// known. Nothing where rounding leaves it open.
+std::optional<Label> SurfaceTracer::label_around(Operand& operand, const Polygon& piece) const {
+  if (!operand.known) operand.known = winding_in(operand.producer, box_);
+  if (!operand.known) return std::nullopt;
+  const MeshProducer mesh(network_, network_.producers[operand.producer]);
+  std::minstd_rand random(2203);
+  for (int attempt = 0; attempt < 4; ++attempt) {
+    std::array<double, 3> middle{};
+    double sum = 0, error = 0;
+    for (const PolygonCorner& corner : piece) {
+      const double weight = attempt == 0 ? 1 : 1 + static_cast<double>(random() % 16);
+      for (std::size_t k = 0; k < 3; ++k) middle[k] += weight * corner.point.x[k];
+      sum += weight;
+      error = std::max(error, corner.point.error);
+    }
+    for (double& x : middle) x /= sum;
+    std::optional<std::int32_t> winding = operand.known->number;
+    for (std::uint32_t i = operand.begin; i < operand.end && winding; ++i) {
+      const std::uint32_t number = source_.number_in_mesh(facets_[i].facet);
+      const auto change = mesh.change_across(number, operand.known->point, middle, error);
+      winding = change ? std::optional(*winding + *change) : std::nullopt;
+    }
+    if (winding) return *winding != 0 ? Label::in : Label::out;
+  }
+  return std::nullopt;
+}
+
 /// Finds out where the operands from the `next` one on are on both sides of a piece, and parts it where that
 /// changes.
 void SurfaceTracer::hold_against(Polygon& polygon, std::uint32_t own, OrientedHyperplane outward,
                                  std::size_t next) {
-  std::vector<Polygon> beyond;
-  for (; next < order_.size(); ++next) {
+  std::vector<Part> others;
+  for (; next < order_.size() && !is_untold_; ++next) {
     const std::uint32_t number = order_[next];
-    const Operand& operand = operands_[number];
+    Operand& operand = operands_[number];
     const auto same = facet_in(operand, outward.id());
     // A piece that an earlier operand has, too, is that one's, whatever else is known.
     const bool is_earlier = same && number < own;
     if (!is_earlier && is_settled(polygon, outward)) return;
     if (!is_earlier && !expression_.matters(number)) continue;
-    const bool is_outside = !cut_along(operand, outward.id(), polygon, beyond);
-    for (Polygon& piece : beyond) {
-      expression_.set(number, Label::out, Label::out);
-      hold_against(piece, own, outward, next + 1);
+    const Label label = part(operand, outward.id(), polygon, others);
+    for (Part& other : others) {
+      expression_.set(number, other.label, other.label);
+      hold_against(other.polygon, own, outward, next + 1);
       for (std::size_t later = next; later < order_.size(); ++later)
         expression_.set(order_[later], Label::fuzzy, Label::fuzzy);
     }
-    if (is_outside)
-      expression_.set(number, Label::out, Label::out);
+    if (label == Label::out || !same)
+      expression_.set(number, label, label);
     else if (is_earlier)
       return;
-    else if (!same)
-      expression_.set(number, Label::in, Label::in);
     else if (*same == outward)
       expression_.set(number, Label::in, Label::out);
     else
       expression_.set(number, Label::out, Label::in);
   }
-  if (!is_settled(polygon, outward)) throw std::logic_error("a piece of the surface is undecided");
+  if (!is_untold_ && !is_settled(polygon, outward))
+    throw std::logic_error("a piece of the surface is undecided");
 }
 
 /// Whether enough is known of a piece; then it has been added to the skin, if it is of it.

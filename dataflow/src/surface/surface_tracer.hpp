@@ -11,6 +11,7 @@
 #include "bsp2/dataflow/network/network.hpp"
 #include "bsp2/dataflow/process/process.hpp"
 #include "bsp2/geometry/surface/skin_builder.hpp"
+#include "surface/mesh_clipper.hpp"
 #include "surface/operand_facets.hpp"
 #include "surface/sided_expression.hpp"
 #include "surface/whole_facets.hpp"
@@ -37,7 +38,8 @@ struct SurfaceBox {
   }
 };
 
-/// A box in which the surface is found by cells: facets of meshes meet there.
+/// A box in which the surface is found by cells: facets of meshes lie in planes of others there, or end in
+/// them.
 struct HotBox {
   std::array<std::uint32_t, 3> low{}, high{};
   std::vector<Word> program;  ///< localized
@@ -90,17 +92,20 @@ class SurfaceTracer {
 
  private:
   using Label = geometry::Label;
-  using Polygon = geometry::Buffer<geometry::PolygonCorner>;
+  using Polygon = MeshClipper::Polygon;
+  using Part = MeshClipper::Part;
   using Sides = BoxSides;
-  /// A facet of an operand within the box at hand.
-  struct Facet {
-    geometry::OrientedHyperplane outward;
-    std::uint32_t begin, end;  ///< of its polygon there, in corners_
+  /// A point in a box, and how often a mesh winds around it.
+  struct Winding {
+    std::array<double, 3> point;
+    std::int32_t number;
   };
   struct Operand {
     Label label;  ///< of the box as a whole
+    bool is_mesh;
     std::uint32_t producer;
-    std::uint32_t begin, end;  ///< of its facets
+    std::uint32_t begin, end;        ///< of its facets
+    std::optional<Winding> known{};  ///< of a mesh; found when it is needed
   };
   /// A facet in a box that no other operand ends in.
   struct Untouched {
@@ -112,6 +117,7 @@ class SurfaceTracer {
   const OperandFacets& source_;
   const std::atomic<bool>& stop_;
   geometry::PolygonSplitter kernel_;
+  MeshClipper clipper_;
   geometry::SkinBuilder skin_;
   std::uint64_t boxes_ = 0;
   bool has_given_up_ = false;
@@ -126,10 +132,12 @@ class SurfaceTracer {
   FacetsAcrossRegions across_;
 
   // Of the box at hand.
+  Sides box_{};
+  bool is_untold_ = false;  // what has been found in it is not all: cells have to tell
   SidedExpression expression_;
   std::vector<Operand> operands_;
-  std::vector<Facet> facets_;
-  Polygon corners_;
+  std::vector<FacetInBox> facets_;
+  Polygon corners_;  // of these
   std::vector<std::uint32_t> order_;
   std::vector<Label> labels_;
   struct End {
@@ -158,8 +166,7 @@ class SurfaceTracer {
   SurfaceBox half(const SurfaceBox& box, const Cut& cut, bool upper);
   Label simplify(const SurfaceBox& box, const Word*& at, std::size_t& leaf, SurfaceBox& to);
   [[nodiscard]] Label label_at_centre(std::uint32_t producer, const Sides& box);
-  [[nodiscard]] Label label_of_mesh(std::uint32_t producer, const Sides& box,
-                                    const std::array<double, 3>& centre);
+  [[nodiscard]] std::optional<Winding> winding_in(std::uint32_t producer, const Sides& box) const;
   bool clip(std::uint32_t facet, const Sides& box, Polygon& polygon);
 
   [[nodiscard]] bool is_within(std::uint32_t facet, const Sides& box) const;
@@ -168,12 +175,16 @@ class SurfaceTracer {
   void leave_to_cells(const SurfaceBox& box);
   void write_whole(const SurfaceBox& box, const Word*& at, std::size_t& leaf, std::vector<Word>& to) const;
   void find_pieces(const SurfaceBox& box);
+  void load(const SurfaceBox& box);
   void find_pieces_of(std::uint32_t operand);
   void order_operands(std::uint32_t own, geometry::OrientedHyperplane outward, const Box<3>& bounds);
   [[nodiscard]] std::optional<geometry::OrientedHyperplane> facet_in(const Operand& operand,
                                                                      geometry::HyperplaneId id) const;
   bool cut_along(const Operand& operand, geometry::HyperplaneId own, Polygon& piece,
-                 std::vector<Polygon>& beyond);
+                 std::vector<Part>& beyond);
+  [[nodiscard]] Label part(Operand& operand, geometry::HyperplaneId own, Polygon& piece,
+                           std::vector<Part>& others);
+  [[nodiscard]] std::optional<Label> label_around(Operand& operand, const Polygon& piece) const;
   void hold_against(Polygon& polygon, std::uint32_t own, geometry::OrientedHyperplane outward,
                     std::size_t next);
   [[nodiscard]] bool is_settled(const Polygon& polygon, geometry::OrientedHyperplane outward);

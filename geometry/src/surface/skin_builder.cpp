@@ -61,6 +61,21 @@ void PolygonSplitter::split(std::span<const PolygonCorner> polygon, HyperplaneId
   }
 }
 
+PolygonSplitter::Meeting PolygonSplitter::meet(std::span<const PolygonCorner> polygon, HyperplaneId plane,
+                                               HyperplaneId id, std::array<PolygonCorner, 2>& ends) {
+  implementation_->find_signs(polygon, id);
+  const auto& signs = implementation_->signs;
+  const auto count = [&](int sign) { return std::ranges::count(signs, sign); };
+  if (count(-1) == 0 || count(1) == 0) return count(0) > 1 ? Meeting::along : Meeting::apart;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < polygon.size() && found < ends.size(); ++i) {
+    if (signs[i] == 0) ends[found++].point = polygon[i].point;
+    if (signs[i] * signs[i + 1 < signs.size() ? i + 1 : 0] < 0)
+      ends[found++].point = canonical_vertex(implementation_->table, {plane, polygon[i].across, id});
+  }
+  return Meeting::crossing;
+}
+
 int PolygonSplitter::turn(OrientedHyperplane seen_from, const Vertex<3>& a, const Vertex<3>& b,
                           const Vertex<3>& c) {
   return PlaneFrame(implementation_->exact, seen_from).orientation(a, b, c);

@@ -189,6 +189,39 @@ TEST(Tracing, MeshesHaveTheSurfaceOfTheirCells) {
   EXPECT_GT(triangles, compared);
 }
 
+/// Balls and polytopes that are turned and moved by whatever doubles, so that no facet lies in the plane of
+/// another solid's: all boxes in which they meet are told by the facets.
+TEST(Tracing, FacetsThatCrossNeedNoCells) {
+  std::size_t compared = 0, triangles = 0;
+  const std::size_t wanted = samples::rounds(12U);
+  for (std::size_t round = 0; compared < wanted; ++round) {
+    ASSERT_LT(round, 20 * wanted) << "few can be traced";
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto any = [&] { return 1e-6 * pick(random, -1'000'000, 1'000'000); };
+    std::vector<model::Expression> operands;
+    for (int i = pick(random, 1, 3); i >= 0; --i) {
+      const auto solid = chance(random, 0.7) ? random_ball(random, pick(random, 1, 3)) : model::sphere(1, 12);
+      std::vector<double> matrix(16);
+      for (std::size_t k = 0; k < 12; ++k) matrix[k] = (k % 5 == 0 ? 1 : 0) + 0.5 * any();
+      matrix[15] = 1;
+      operands.push_back(model::transform(matrix, solid));
+    }
+    const auto e = chance(random, 0.5)   ? model::subtract(operands)
+                   : chance(random, 0.5) ? model::unite(operands)
+                                         : model::symmetric_difference(operands);
+    auto r = resolved(e, {}, 0, 0);
+    const auto surface = traced(r.network, 1 + static_cast<unsigned>(round) % 3, 1);
+    if (!surface) continue;
+    ++compared;
+    triangles += surface->triangles.size();
+    ASSERT_NO_FATAL_FAILURE(expect_equal(*surface, r.surface));
+    EXPECT_EQ(trace_surface(r.network, {}).boxes_of_cells, 0);
+  }
+  EXPECT_GT(triangles, compared);
+}
+
 model::Expression shifted(double x, double y, double z, const model::Expression& e) {
   return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}, e);
 }

@@ -26,9 +26,10 @@ struct SurfaceOptions {
 
 struct TracedSurface {
   geometry::Skin skin;
-  std::uint64_t boxes = 0;    ///< that were looked at
-  std::uint64_t regions = 0;  ///< of this share
-  bool interrupted = false;   ///< the skin is not complete
+  std::uint64_t boxes = 0;           ///< that were looked at
+  std::uint64_t boxes_of_cells = 0;  ///< of these, those in which cells told
+  std::uint64_t regions = 0;         ///< of this share
+  bool interrupted = false;          ///< the skin is not complete
   bool has_given_up = false;  ///< likewise: too many operands meet in one place, or one reaches out of bounds
   std::exception_ptr failure;  ///< likewise: what a thread threw first
 };

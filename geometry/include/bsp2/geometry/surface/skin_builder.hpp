@@ -34,6 +34,13 @@ class PolygonSplitter {
   /// null one is left out.
   void split(std::span<const PolygonCorner> polygon, HyperplaneId plane, HyperplaneId id,
              Buffer<PolygonCorner>* negative, Buffer<PolygonCorner>* positive);
+  /// How a polygon lies to a hyperplane: it has corners on both sides; an edge of it lies there, or all of
+  /// it; or a corner at most.
+  enum class Meeting : std::uint8_t { crossing, along, apart };
+  /// @param plane in which the polygon lies. @param ends of the segment in which it crosses the hyperplane:
+  /// get their points.
+  Meeting meet(std::span<const PolygonCorner> polygon, HyperplaneId plane, HyperplaneId id,
+               std::array<PolygonCorner, 2>& ends);
   /// 1 where three points of the hyperplane turn counter-clockwise, seen from its positive side; else -1, and
   /// 0 on a line.
   int turn(OrientedHyperplane seen_from, const Vertex<3>& a, const Vertex<3>& b, const Vertex<3>& c);
@@ -83,6 +90,11 @@ class SkinBuilder {
   void add(OrientedHyperplane outward, std::int32_t owner, std::span<const PolygonCorner> polygon,
            OrientedHyperplane seen_from);
   [[nodiscard]] std::size_t size() const { return pieces_.size(); }
+  /// Takes back all pieces but the first ones.
+  void shrink(std::size_t pieces) {
+    corners_.resize(pieces == 0 ? 0 : pieces_[pieces - 1].end);
+    pieces_.resize(pieces);
+  }
   /// Appends what has been added, plane by plane, and is empty again.
   void finish(Skin& skin);
 
