@@ -55,7 +55,7 @@ using geometry::cross;
 using geometry::dot;
 double size_of(const Point& u) { return std::fabs(u[0]) + std::fabs(u[1]) + std::fabs(u[2]); }
 
-/// See is_surely_embedded.
+/// See doubtful_facets.
 class Embedding {
  public:
   Embedding(const Network<3>& network, const Producer<3>& producer, const MeshTopology& topology)
@@ -63,12 +63,20 @@ class Embedding {
         producer_(producer),
         mesh_(network.meshes[producer.index]),
         topology_(topology),
-        error_(2 * mesh_.error) {}
+        error_(2 * mesh_.error),
+        is_doubtful_(mesh_.facets.size()) {}
 
-  [[nodiscard]] bool is_certain() const {
-    for (std::uint32_t point = 0; point < mesh_.points.size(); ++point)
-      if (!is_terrain(point) && !are_apart_around(point)) return false;
-    return are_apart_elsewhere() && winds_once();
+  [[nodiscard]] std::optional<std::vector<std::uint32_t>> doubtful() {
+    for (std::uint32_t point = 0; point < mesh_.points.size() && !are_many(); ++point)
+      if (!is_terrain(point) && !are_apart_around(point))
+        for (const FacetCorner& corner : topology_.around(point)) doubt(corner.facet);
+    if (!are_many()) doubt_what_is_not_apart();
+    if (!are_many()) doubt_what_winds_otherwise();
+    if (are_many()) return std::nullopt;
+    std::vector<std::uint32_t> facets;
+    for (std::uint32_t facet = 0; facet < is_doubtful_.size() && doubts_ > 0; ++facet)
+      if (is_doubtful_[facet]) facets.push_back(facet);
+    return facets;
   }
 
  private:
@@ -77,6 +85,15 @@ class Embedding {
   const Mesh& mesh_;
   const MeshTopology& topology_;
   double error_;  // of differences of coordinates
+  std::vector<bool> is_doubtful_;
+  std::size_t doubts_ = 0;
+
+  void doubt(std::uint32_t facet) {
+    doubts_ += is_doubtful_[facet] ? 0 : 1;
+    is_doubtful_[facet] = true;
+  }
+  /// Then cells would be made nearly everywhere.
+  [[nodiscard]] bool are_many() const { return doubts_ > mesh_.facets.size() / 8; }
 
   [[nodiscard]] Point normal_of(std::uint32_t facet) const {
     const auto plane = mesh_.facets[facet].plane;
@@ -176,16 +193,17 @@ class Embedding {
     return parts(p[0], p[1], q) || parts(p[1], p[0], q) || parts(q[0], q[1], p) || parts(q[1], q[0], p);
   }
 
-  /// Facets without a common corner.
-  [[nodiscard]] bool are_apart_elsewhere() const {
-    bool all = true;
+  /// Of facets without a common corner.
+  void doubt_what_is_not_apart() {
     facet_tree(mesh_).visit_pairs(error_, [&](std::uint32_t a, std::uint32_t b) {
       const auto &p = mesh_.facets[a].corners, &q = mesh_.facets[b].corners;
       for (const std::uint32_t corner : p)
         if (corner == q[0] || corner == q[1] || corner == q[2]) return true;
-      return all = are_apart(p, q);
+      if (are_apart(p, q)) return true;
+      doubt(a);
+      doubt(b);
+      return !are_many();
     });
-    return all;
   }
 
   /// Whether two triangles are clearly on different sides of a plane.
@@ -220,27 +238,30 @@ class Embedding {
     return false;
   }
 
-  /// Before one facet of each connected part: where facets do not cross, that tells of all others.
-  [[nodiscard]] bool winds_once() const {
-    std::vector<std::uint32_t> part(mesh_.points.size());
+  /// Where facets that are beyond each other's edges cross no others, one of them tells of all.
+  void doubt_what_winds_otherwise() {
+    std::vector<std::uint32_t> part(mesh_.facets.size());
     std::iota(part.begin(), part.end(), 0U);
-    const auto find = [&](std::uint32_t point) {
-      while (part[point] != point) point = part[point] = part[part[point]];
-      return point;
+    const auto find = [&](std::uint32_t facet) {
+      while (part[facet] != facet) facet = part[facet] = part[part[facet]];
+      return facet;
     };
-    for (const Mesh::Facet& facet : mesh_.facets)
-      for (const std::uint32_t corner : facet.corners) {
-        const std::uint32_t a = find(facet.corners[0]), b = find(corner);
+    for (std::uint32_t facet = 0; facet < part.size(); ++facet)
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t other = topology_.beyond(facet, k);
+        if (is_doubtful_[facet] || is_doubtful_[other]) continue;
+        const std::uint32_t a = find(facet), b = find(other);
         part[std::max(a, b)] = std::min(a, b);
       }
-    std::vector<bool> is_known(mesh_.points.size());
-    for (std::uint32_t facet = 0; facet < mesh_.facets.size(); ++facet) {
-      const std::uint32_t own = find(mesh_.facets[facet].corners[0]);
-      if (is_known[own]) continue;
-      is_known[own] = true;
-      if (!is_free_before(facet)) return false;
+    constexpr std::uint8_t most_asked = 4, is_free = 255;
+    std::vector<std::uint8_t> known(part.size());  // of each part: so many of its facets have told nothing
+    for (std::uint32_t facet = 0; facet < part.size(); ++facet) {
+      std::uint8_t& asked = known[find(facet)];
+      if (is_doubtful_[facet] || asked == is_free || asked == most_asked) continue;
+      asked = is_free_before(facet) ? is_free : asked + 1;
     }
-    return true;
+    for (std::uint32_t facet = 0; facet < part.size(); ++facet)
+      if (known[find(facet)] != is_free) doubt(facet);
   }
 
   /// Whether the mesh does not wind around the points right before a facet.
@@ -277,9 +298,10 @@ class Embedding {
 
 }  // namespace
 
-bool is_surely_embedded(const Network<3>& network, const Producer<3>& producer,
-                        const MeshTopology& topology) {
-  return Embedding(network, producer, topology).is_certain();
+std::optional<std::vector<std::uint32_t>> doubtful_facets(const Network<3>& network,
+                                                          const Producer<3>& producer,
+                                                          const MeshTopology& topology) {
+  return Embedding(network, producer, topology).doubtful();
 }
 
 }  // namespace bsp2::dataflow

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -46,13 +47,16 @@ class MeshTopology {
   void find_neighbours();
 };
 
-/// Whether the facets of a mesh surely bound its solid: they meet in common edges and corners alone, and the
-/// mesh winds once around what is behind a facet, and not around what is before it.
+/// The facets of a mesh of which it is not sure that they bound its solid, ascending: that they meet others
+/// in common edges and corners alone, and that the mesh winds once around what is right behind them, and not
+/// around what is right before them. Of a mesh that is surely embedded there are none. Nothing where they are
+/// many.
 ///
-/// Rounded numbers with bounds of their errors: true is certain, false may mean that facets are too near to
-/// each other to tell. Time: n log n for n facets of a mesh that is no heap of them.
+/// Rounded numbers with bounds of their errors: what is not told is certain, some that are may merely be too
+/// near to each other to tell. Time: n log n for n facets of a mesh that is no heap of them.
 /// @pre topology.is_manifold().
-[[nodiscard]] bool is_surely_embedded(const Network<3>& network, const Producer<3>& producer,
-                                      const MeshTopology& topology);
+[[nodiscard]] std::optional<std::vector<std::uint32_t>> doubtful_facets(const Network<3>& network,
+                                                                        const Producer<3>& producer,
+                                                                        const MeshTopology& topology);
 
 }  // namespace bsp2::dataflow

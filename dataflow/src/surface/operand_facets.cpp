@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "bsp2/geometry/support/parallel.hpp"
@@ -119,20 +120,25 @@ void OperandFacets::find_space(const Network<3>& network, unsigned share, unsign
 void OperandFacets::look_at_meshes(Network<3>& network, unsigned threads, const std::atomic<bool>& stop) {
   for (std::size_t i = 0; i < network.producers.size(); ++i)
     if (network.producers[i].kind == ProducerKind::mesh && !network.producers[i].is_empty())
-      meshes_.push_back({i, nullptr, nullptr});
+      meshes_.push_back({i, nullptr, {}, nullptr});
   std::atomic<bool> are_sound = true;
   geometry::for_each_range(meshes_.size(), 1, threads, [&](std::size_t first, std::size_t) {
     if (stop || !are_sound) return;
     const Producer<3>& producer = network.producers[meshes_[first].producer];
-    const Mesh& mesh = network.meshes[producer.index];
+    Mesh& mesh = network.meshes[producer.index];
     if (mesh.is_exact) meshes_[first].topology = std::make_unique<MeshTopology>(mesh);
     const auto* topology = meshes_[first].topology.get();
-    if (topology == nullptr || !topology->is_manifold() || !is_surely_embedded(network, producer, *topology))
-      are_sound = false;
+    std::optional<std::vector<std::uint32_t>> doubtful;
+    if (topology != nullptr && topology->is_manifold())
+      doubtful = doubtful_facets(network, producer, *topology);
+    if (!doubtful) are_sound = false;
+    mesh.is_embedded = doubtful && doubtful->empty();
+    meshes_[first].doubtful = std::move(doubtful).value_or(std::vector<std::uint32_t>());
   });
   are_sound_ = are_sound;
   for (PlacedMesh& mesh : meshes_) {
     if (!are_sound_ || stop) return;
+    has_doubtful_ = has_doubtful_ || !mesh.doubtful.empty();
     mesh.surface = std::make_unique<MeshSurface>(network, network.producers[mesh.producer], *mesh.topology);
   }
 }
@@ -158,6 +164,7 @@ void OperandFacets::add(const PolytopeFacets& polytope, const geometry::Hyperpla
                 static_cast<std::uint32_t>(corners.size()),
                 static_cast<std::uint16_t>(polygon.size()),
                 Kind::of_polytope,
+                false,
                 {},
                 {}};
     set_bounds(bounds_of(polytope, i), facet);
@@ -166,12 +173,14 @@ void OperandFacets::add(const PolytopeFacets& polytope, const geometry::Hyperpla
   }
 }
 
-void OperandFacets::put(std::uint32_t mesh, std::vector<Facet>::iterator to) const {
+void OperandFacets::put(std::uint32_t mesh, std::vector<Facet>::iterator first) const {
   const MeshSurface& surface = *meshes_[mesh].surface;
+  auto to = first;
   for (std::uint32_t number = 0; number < surface.size(); ++number, ++to) {
-    *to = {surface.outward(number), mesh, number, 0, Kind::of_mesh, {}, {}};
+    *to = {surface.outward(number), mesh, number, 0, Kind::of_mesh, false, {}, {}};
     set_bounds(surface.bounds_of(number), *to);
   }
+  for (const std::uint32_t number : meshes_[mesh].doubtful) (first + number)->is_doubtful = true;
 }
 
 }  // namespace bsp2::dataflow

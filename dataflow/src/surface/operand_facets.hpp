@@ -37,9 +37,12 @@ class OperandFacets {
   [[nodiscard]] const Box<3>& bounds(std::size_t producer) const { return bounds_[producer]; }
   /// Whether the facets bound what cells find. Not so where half-spaces of others, in the place of a
   /// producer's own, let it reach beyond its own bounds, since cells do not look for it there; nor where
-  /// facets of a mesh cross or touch each other.
+  /// many facets of a mesh cross or touch each other.
   [[nodiscard]] bool are_sound() const { return are_sound_; }
   [[nodiscard]] bool is_of_mesh(std::uint32_t facet) const { return facets_[facet].kind == Kind::of_mesh; }
+  /// Whether it may be that a facet does not bound its mesh: that crosses or touches itself there.
+  [[nodiscard]] bool is_doubtful(std::uint32_t facet) const { return facets_[facet].is_doubtful; }
+  [[nodiscard]] bool has_doubtful() const { return has_doubtful_; }
   [[nodiscard]] std::size_t meshes() const { return meshes_.size(); }
   [[nodiscard]] const MeshSurface& mesh(std::size_t index) const { return *meshes_[index].surface; }
   /// The index of the mesh that a facet is of, and its number there. @pre is_of_mesh(facet).
@@ -84,6 +87,7 @@ class OperandFacets {
     std::uint32_t chunk, begin;  ///< of a mesh: the index of that in meshes_, the number within
     std::uint16_t count;
     Kind kind;
+    bool is_doubtful;
     std::array<float, 3> low, high;  ///< from the middle of the model's space: it may be far from the origin
   };
   SpaceShare space_ = SpaceShare::whole();
@@ -92,10 +96,11 @@ class OperandFacets {
   double slack_ = 0;                  // more than a sum or difference of its coordinates is rounded by
   std::vector<std::uint32_t> first_;  // of each producer, and the end
   std::vector<Facet> facets_;
-  bool are_sound_ = true;
+  bool are_sound_ = true, has_doubtful_ = false;
   struct PlacedMesh {
     std::size_t producer;
     std::unique_ptr<MeshTopology> topology;
+    std::vector<std::uint32_t> doubtful;  ///< ascending
     std::unique_ptr<MeshSurface> surface;
   };
   std::vector<PlacedMesh> meshes_;
@@ -112,7 +117,7 @@ class OperandFacets {
   void set_bounds(const Box<3>& box, Facet& facet) const;
   void add(const PolytopeFacets& polytope, const geometry::HyperplaneTable<3>& table, std::uint32_t chunk,
            std::vector<Facet>& facets);
-  void put(std::uint32_t mesh, std::vector<Facet>::iterator to) const;
+  void put(std::uint32_t mesh, std::vector<Facet>::iterator first) const;
 };
 
 }  // namespace bsp2::dataflow

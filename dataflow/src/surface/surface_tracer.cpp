@@ -143,7 +143,8 @@ std::optional<SurfaceTracer::Cut> SurfaceTracer::free_cut(const SurfaceBox& box,
 
 std::optional<SurfaceTracer::Cut> SurfaceTracer::choose_cut(const SurfaceBox& box) {
   const auto total = static_cast<double>(box.facets.size());
-  if (box.operands.size() == 1 || total <= few_of_meshes || box.in_vain >= most_in_vain) return std::nullopt;
+  if (total <= few_of_meshes || box.in_vain >= most_in_vain) return std::nullopt;
+  if (box.operands.size() == 1 && !has_doubtful(box)) return std::nullopt;
   if (total <= few_facets && !has_mesh(box)) return std::nullopt;
   find_extents(box);
   std::optional<Cut> best;
@@ -451,6 +452,13 @@ bool SurfaceTracer::has_mesh(const SurfaceBox& box) const {
   });
 }
 
+/// Whether facets there may not bound their mesh.
+bool SurfaceTracer::has_doubtful(const SurfaceBox& box) const {
+  return source_.has_doubtful() &&
+         std::any_of(box.facets.begin(), box.facets.end(),
+                     [&](std::uint32_t facet) { return source_.is_doubtful(facet); });
+}
+
 void SurfaceTracer::leave_to_cells(const SurfaceBox& box) {
   touch({box.facets.data(), box.facets.size()});
   HotBox& hot = hot_.emplace_back();
@@ -487,12 +495,12 @@ void SurfaceTracer::write_whole(const SurfaceBox& box, const Word*& at, std::siz
 }
 
 void SurfaceTracer::find_pieces(const SurfaceBox& box) {
-  const Sides sides{box.low, box.high};
+  if (has_doubtful(box)) return leave_to_cells(box);
   expression_.load({box.program.data(), box.program.size()});
   if (box.operands.size() == 1) {
     expression_.set(0, Label::in, Label::out);
     const bool reversed = expression_.label(SidedExpression::below) == Label::out;
-    boxes_of_untouched_.push_back(sides);
+    boxes_of_untouched_.push_back({box.low, box.high});
     const auto number = static_cast<std::uint32_t>(boxes_of_untouched_.size() - 1);
     for (const std::uint32_t facet : box.facets_of(0)) untouched_.push_back({facet, number, reversed});
     return;

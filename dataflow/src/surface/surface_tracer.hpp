@@ -39,7 +39,7 @@ struct SurfaceBox {
 };
 
 /// A box in which the surface is found by cells: facets of meshes lie in planes of others there, or end in
-/// them.
+/// them, or may not bound their mesh.
 struct HotBox {
   std::array<std::uint32_t, 3> low{}, high{};
   std::vector<Word> program;  ///< localized
@@ -172,6 +172,7 @@ class SurfaceTracer {
   [[nodiscard]] bool is_within(std::uint32_t facet, const Sides& box) const;
   void add_piece(const WholeFacet& whole, const Sides& box, Polygon& polygon);
   [[nodiscard]] bool has_mesh(const SurfaceBox& box) const;
+  [[nodiscard]] bool has_doubtful(const SurfaceBox& box) const;
   void leave_to_cells(const SurfaceBox& box);
   void write_whole(const SurfaceBox& box, const Word*& at, std::size_t& leaf, std::vector<Word>& to) const;
   void find_pieces(const SurfaceBox& box);

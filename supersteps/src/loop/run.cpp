@@ -393,12 +393,12 @@ void tell_overlaps(const Source& source, const RunOptions& options,
     report.overlapping_meshes.push_back({where, file, primitive, triangles, volume});
 }
 
-/// The meshes of a network whose surface was found without cells: their facets were proven to meet in edges
-/// and corners alone, and to wind once around what they bound.
+/// The meshes of a network whose surface was found without cells that were proven not to overlap themselves.
 std::vector<const model::TriangleMesh*> sound_meshes(const dataflow::Network<3>& network) {
   std::vector<const model::TriangleMesh*> meshes;
   for (const auto& producer : network.producers)
-    if (producer.kind == dataflow::ProducerKind::mesh && !producer.is_empty())
+    if (producer.kind == dataflow::ProducerKind::mesh && !producer.is_empty() &&
+        network.meshes[producer.index].is_embedded)
       meshes.push_back(network.meshes[producer.index].source);
   return meshes;
 }

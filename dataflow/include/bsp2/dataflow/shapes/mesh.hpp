@@ -34,6 +34,9 @@ struct Mesh {
   geometry::HyperplaneTable<3>::Source
       first{};  ///< where the plane of the first facet came from, before merging; those of others follow
   bool is_exact = false;  ///< merging has moved no facet: the hyperplane of each passes through its corners
+  /// Who looks for the surface without cells has proven that facets meet in edges and corners alone, and that
+  /// the mesh winds once around what they bound.
+  bool is_embedded = false;
   /// Hyperplanes of the facets around each point, sorted: point i has [incident_offset[i], incident_offset[i
   /// + 1]).
   std::vector<std::uint32_t> incident_offset;
