@@ -158,7 +158,8 @@ Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int g
       largest = std::max(largest, magnitude);
     }
   }
-  mesh.error = largest * 0x1p-51;
+  // What four entries of the map are rounded by on the grid counts for meshes that are tiny in the model.
+  mesh.error = largest * 0x1p-51 + std::ldexp(4.0, grid_exponent);
   mesh.facets.reserve(shape.triangles.size());
   for (std::size_t i = 0; i < shape.triangles.size(); ++i)
     mesh.facets.push_back({shape.triangles[i], planes[i]});
