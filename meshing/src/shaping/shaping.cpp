@@ -97,13 +97,29 @@ class Shaping {
     cleaner_.allow(share_when_refined);
     clean_and_finish();  // what that has brought near to each other; not in pieces: what they share stays
     cleaner_.allow(1);
-    if (has_worse_than(very_thin)) clean_and_finish();
-    if (!is_in_pieces && has_worse_than(very_thin) && wanted_.begin_again_with_cleaned()) {
-      refine_well();
-      clean_and_finish();
-    }
+    if (thin() > 0) clean_and_finish();
+    tell_details();
+    if (!is_in_pieces && thin() > 0) refine_for_cleaned();
+  }
+
+  void tell_details() {
     report_.detail = wanted_.detail();
     report_.too_many = std::max(report_.too_many, wanted_.too_many());
+  }
+
+  /// What is as thin as what is cleaned, where no moves are left, is refined for, if that leaves fewer thin
+  /// tetrahedra: flakes are but divided into more of them.
+  void refine_for_cleaned() {
+    const std::uint64_t before = thin();
+    if (!wanted_.begin_again_with_cleaned()) return;
+    const Editor editor = editor_;
+    const ShapeReport report = report_;
+    refine_well();
+    clean_and_finish();
+    if (thin() < before) return tell_details();
+    editor_ = editor;
+    report_ = report;
+    improver_.forget();
   }
 
   void refine_well() {
@@ -140,10 +156,11 @@ class Shaping {
     }
   }
 
-  [[nodiscard]] bool has_worse_than(double shape) const {
+  [[nodiscard]] std::uint64_t thin() const {
+    std::uint64_t count = 0;
     for (std::uint32_t t = 0; t < editor_.size(); ++t)
-      if (!editor_.at(t).is_gone() && editor_.at(t).shape < shape) return true;
-    return false;
+      if (!editor_.at(t).is_gone() && editor_.at(t).shape < very_thin) ++count;
+    return count;
   }
 
   void clean_and_finish() {
