@@ -112,6 +112,9 @@ class Editor {
   /// A new point at x in place of a tetrahedron and of as many around it as must be taken out for all that
   /// comes of it to be of a better shape than `least`.
   bool insert(std::uint32_t t, const Point& x, double least);
+  /// The point inside of a tetrahedron with one outer face moves into that face, which it divides: of the
+  /// tetrahedron nothing is left. @param least the shape of what is around the point then, at least.
+  bool divide_face(std::uint32_t t, double least);
   /// Takes an edge away and fills the hole anew, if that is better. An edge in a plane side is swapped in it.
   bool remove_edge(std::uint32_t u, std::uint32_t v);
   /// Two tetrahedra become three, if that is better. @param face of t, opposite of its point at this place.

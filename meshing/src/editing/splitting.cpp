@@ -96,6 +96,40 @@ bool Editor::split_better(std::uint32_t u, std::uint32_t v) {
   return true;
 }
 
+bool Editor::divide_face(std::uint32_t t, double least) {
+  const Tetrahedron& tet = tetrahedra_[t];
+  if (tet.shape <= 0 || std::ranges::count(tet.side, inner) != 3) return false;
+  const int place = static_cast<int>(
+      std::ranges::find_if(tet.side, [](std::int32_t side) { return side != inner; }) - tet.side.begin());
+  const std::uint32_t m = tet.point[static_cast<std::size_t>(place)];
+  const std::int32_t side = tet.side[static_cast<std::size_t>(place)];
+  const auto face = face_opposite(t, place);
+  // What pieces share stays as it is.
+  if (kind_[m] != inside || sides_[static_cast<std::size_t>(side)].other != PlaneSide::nothing ||
+      std::ranges::all_of(face, [&](std::uint32_t p) { return kind_[p] == shared; }))
+    return false;
+  const Point from = points_[m], &a = points_[face[0]];
+  const Point normal = cross(points_[face[1]] - a, points_[face[2]] - a);
+  const double share = dot(from - a, normal) / dot(normal, normal);
+  Point to;
+  for (std::size_t k = 0; k < 3; ++k) to[k] = from[k] - share * normal[k];
+  // Beyond an edge where the solid's sides meet inwards all around it could be right side out.
+  constexpr double least_share = 0.01;  // of the face
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Point to_next = cross(points_[face[i]] - to, points_[face[(i + 1) % 3]] - to);
+    if (!(dot(to_next, normal) > least_share * dot(normal, normal))) return false;
+  }
+  points_[m] = to;
+  const bool is_good = std::ranges::all_of(
+      star_[m], [&](std::uint32_t s) { return s == t || shape(tetrahedra_[s].point) >= least; });
+  points_[m] = from;
+  if (!is_good) return false;
+  move(m, to);
+  if (peel(t)) return true;
+  move(m, from);
+  return false;
+}
+
 /// From a tetrahedron on, all whose faces a point does not see well enough give way to what is over them.
 bool Editor::insert(std::uint32_t t, const Point& x, double least) {
   constexpr std::size_t most = 48;  // are taken out

@@ -52,6 +52,7 @@ bool Improver::improve_one(std::uint32_t t, bool with_new_points) {
   for (const auto& [u, v] : edges)
     for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)})
       if (collapse_to_better(from, to, better)) return true;
+  if (editor_.divide_face(t, better)) return true;
   if (!with_new_points) return false;
   // Of the surface only what is long, so that its edges do not become ever shorter.
   for (const auto& [u, v] : edges)

@@ -202,6 +202,59 @@ TEST(Editor, DividesEdgesWhereTheWorstBecomesBetter) {
     for (const int times : of) EXPECT_GT(times, 0);
 }
 
+/// Four tetrahedra around a point in a large one: where it is near to a face it goes there, and divides it.
+TEST(Editor, PointsNearToAnOuterFaceDivideIt) {
+  const std::uint64_t seed = dataflow::new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  std::array<int, 2> met{};  // by whether it was divided
+  for (int round = 0; round < samples::all_rounds(500); ++round) {
+    Tetrahedra mesh;
+    mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.2, 1}};
+    for (std::size_t p = 0; p < 4; ++p)
+      for (double& x : mesh.points[p]) x += dataflow::uniform(random, -0.1, 0.1);
+    std::array<double, 4> weight;
+    for (double& w : weight) w = dataflow::uniform(random, 0.1, 1);
+    weight[3] *= dataflow::chance(random, 0.7) ? 1e-3 : 1;
+    const double sum = weight[0] + weight[1] + weight[2] + weight[3];
+    Point inside{};
+    for (std::size_t p = 0; p < 4; ++p)
+      for (std::size_t k = 0; k < 3; ++k) inside[k] += weight[p] / sum * mesh.points[p][k];
+    mesh.points.push_back(inside);
+    mesh.tetrahedra = {{0, 1, 2, 4}, {0, 3, 1, 4}, {1, 3, 2, 4}, {2, 3, 0, 4}};
+    mesh.part.assign(4, 0);
+    mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    mesh.side = {0, 1, 2, 3};
+    for (std::uint32_t i = 0; i < 4; ++i) mesh.sides.push_back({i, 0, PlaneSide::nothing, {}});
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      const auto& [a, b, c] = mesh.triangles[i];
+      mesh.sides[i].outward = cross(mesh.points[b] - mesh.points[a], mesh.points[c] - mesh.points[a]);
+    }
+    const double volume = volumes_of(mesh, 1)[0];
+    const double least = dataflow::uniform(random, 0, 0.3);
+    Editor editor(mesh);
+    const bool is_divided = editor.divide_face(0, least);
+    std::vector<std::uint32_t> map;
+    const Tetrahedra after = editor.result(map);
+    ++met[is_divided ? 1 : 0];
+    ASSERT_EQ(after.tetrahedra.size(), is_divided ? 3U : 4U);
+    ASSERT_EQ(after.triangles.size(), is_divided ? 6U : 4U);
+    ASSERT_NEAR(volumes_of(after, 1)[0], volume, 1e-14);
+    const FaceUse use = face_use(after);
+    ASSERT_EQ(use.more + use.folded + use.strange, 0U);
+    double worst = 1;
+    for (const auto& [a, b, c, d] : after.tetrahedra)
+      worst = std::min(worst, shape_of(after.points[a], after.points[b], after.points[c], after.points[d]));
+    if (is_divided) {
+      ASSERT_GE(worst, least);
+    } else {
+      ASSERT_EQ(after.points, mesh.points);
+    }
+  }
+  EXPECT_GT(met[0], 0);
+  EXPECT_GT(met[1], 0);
+}
+
 /// The side of a cylinder of facets becomes round: nearly all points come to where they belong.
 TEST(Shape, PointsGoToTheirTruePlace) {
   const auto solid = solid_of(model::cylinder(2, 1, 1, 12, false));
