@@ -545,6 +545,21 @@ void SurfaceTracer::load(const SurfaceBox& box) {
     operands_.push_back({label, is_mesh, producer, first, end});
     expression_.set(i, label, label);
   }
+  find_shared_planes();
+}
+
+/// Those that several operands have facets in.
+void SurfaceTracer::find_shared_planes() {
+  std::vector<std::pair<HyperplaneId, std::uint32_t>>& planes = planes_;
+  planes.clear();
+  for (std::uint32_t number = 0; number < operands_.size(); ++number)
+    for (std::uint32_t i = operands_[number].begin; i < operands_[number].end; ++i)
+      planes.emplace_back(facets_[i].outward.id(), number);
+  std::sort(planes.begin(), planes.end());
+  shared_planes_.clear();
+  for (std::size_t i = 1; i < planes.size(); ++i)
+    if (planes[i].first == planes[i - 1].first && planes[i].second != planes[i - 1].second)
+      shared_planes_.push_back(planes[i].first);
 }
 
 void SurfaceTracer::find_pieces_of(std::uint32_t own) {
@@ -572,8 +587,15 @@ void SurfaceTracer::order_operands(std::uint32_t own, OrientedHyperplane outward
   }
   expression_.set(own, Label::in, Label::out);
   std::stable_partition(order_.begin(), order_.end(), [&](std::uint32_t other) {
-    return other < own && facet_in(operands_[other], outward.id()).has_value();
+    return other < own && has_facet_in(operands_[other], outward.id());
   });
+}
+
+/// @param id of another operand's facet.
+bool SurfaceTracer::has_facet_in(const Operand& operand, HyperplaneId id) const {
+  return std::binary_search(shared_planes_.begin(), shared_planes_.end(), id) &&
+         std::any_of(facets_.begin() + operand.begin, facets_.begin() + operand.end,
+                     [&](const FacetInBox& facet) { return facet.outward.id() == id; });
 }
 
 /// The facet that a convex operand has in a hyperplane.
@@ -680,8 +702,9 @@ void SurfaceTracer::hold_against(Polygon& polygon, std::uint32_t own, OrientedHy
     const std::uint32_t number = order_[next];
     Operand& operand = operands_[number];
     const auto same = facet_in(operand, outward.id());
-    // A piece that an earlier operand has, too, is that one's, whatever else is known.
-    const bool is_earlier = same && number < own;
+    // A piece that an earlier operand has, too, is that one's, whatever else is known. Where that is a mesh
+    // it stays untold.
+    const bool is_earlier = number < own && has_facet_in(operand, outward.id());
     if (!is_earlier && is_settled(polygon, outward)) return;
     if (!is_earlier && !expression_.matters(number)) continue;
     const Label label = part(operand, outward.id(), polygon, others);

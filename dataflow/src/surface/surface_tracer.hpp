@@ -137,7 +137,9 @@ class SurfaceTracer {
   SidedExpression expression_;
   std::vector<Operand> operands_;
   std::vector<FacetInBox> facets_;
-  Polygon corners_;  // of these
+  Polygon corners_;                                                       // of these
+  std::vector<std::pair<geometry::HyperplaneId, std::uint32_t>> planes_;  // of these, with the operands
+  std::vector<geometry::HyperplaneId> shared_planes_;
   std::vector<std::uint32_t> order_;
   std::vector<Label> labels_;
   struct End {
@@ -177,8 +179,10 @@ class SurfaceTracer {
   void write_whole(const SurfaceBox& box, const Word*& at, std::size_t& leaf, std::vector<Word>& to) const;
   void find_pieces(const SurfaceBox& box);
   void load(const SurfaceBox& box);
+  void find_shared_planes();
   void find_pieces_of(std::uint32_t operand);
   void order_operands(std::uint32_t own, geometry::OrientedHyperplane outward, const Box<3>& bounds);
+  [[nodiscard]] bool has_facet_in(const Operand& operand, geometry::HyperplaneId id) const;
   [[nodiscard]] std::optional<geometry::OrientedHyperplane> facet_in(const Operand& operand,
                                                                      geometry::HyperplaneId id) const;
   bool cut_along(const Operand& operand, geometry::HyperplaneId own, Polygon& piece,

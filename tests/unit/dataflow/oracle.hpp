@@ -17,6 +17,7 @@
 #include "bsp2/dataflow/regions/partition.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/expression/expression.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::dataflow {
 
@@ -24,10 +25,7 @@ using Real = long double;
 using Point = std::vector<Real>;
 using Random = std::mt19937_64;
 
-inline std::uint64_t new_seed() {
-  if (const char* given = std::getenv("BSP2_SEED")) return std::strtoull(given, nullptr, 10);
-  return std::random_device{}();
-}
+using samples::new_seed;
 inline double uniform(Random& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
 }

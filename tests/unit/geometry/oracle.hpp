@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::geometry::oracle {
 
@@ -244,10 +245,6 @@ Matrix<D> translation(const std::array<double, D>& t) {
   return m;
 }
 
-/// A new seed for every run; tests print it, and BSP2_SEED brings a run back.
-inline std::uint64_t new_seed() {
-  if (const char* given = std::getenv("BSP2_SEED")) return std::strtoull(given, nullptr, 10);
-  return std::random_device{}();
-}
+using samples::new_seed;
 
 }  // namespace bsp2::geometry

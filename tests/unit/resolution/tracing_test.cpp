@@ -314,6 +314,16 @@ TEST(Tracing, FacetsOfOnePlaneMayMeetInACorner) {
   surface_in_all_ways(model::subtract({solid, shifted(2, -1, 0.5, solid)}));
 }
 
+/// On top of a box lie facets of a mesh that makes no difference there: they are not the box's a second time.
+TEST(Tracing, MeshesThatMakeNoDifferenceAddNothing) {
+  const auto mesh = shifted(1, 1, 0, l_shape(1, 1, 1)), base = model::cuboid({5, 5, 1}, false),
+             within = shifted(0.5, 0.5, 0.25, model::cuboid({1, 3, 0.5}, false));
+  for (const auto& e : {model::unite({model::intersect({within, mesh}), base}),
+                        model::unite({model::intersect({mesh, within}), base}),
+                        model::unite({base, model::intersect({within, mesh})})})
+    EXPECT_NEAR(surface_in_all_ways(e).volume(), 25, 1e-12);
+}
+
 /// Where merging finds that few facets are nearly in one plane with others of their mesh, they keep their
 /// own.
 TEST(Tracing, MeshesWithFewFlatPlacesHaveTheSurfaceOfTheirCells) {
