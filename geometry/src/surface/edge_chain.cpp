@@ -233,16 +233,19 @@ void EdgeSplitter::sort_inner(const PointSet& points) {
   }
 }
 
+std::vector<bool> EdgeSplitter::ends_of_segments(std::size_t points) const {
+  std::vector<bool> is_end(points);
+  for (const Segment& segment : segments_) is_end[segment.from] = is_end[segment.to] = true;
+  return is_end;
+}
+
 /// In ascending order of points, as a tree.
-auto EdgeSplitter::candidates(const PointSet& points, std::span<const std::uint32_t> others)
+auto EdgeSplitter::candidates(const PointSet& points, const std::vector<bool>& is_one)
     -> std::vector<Candidate> {
-  std::vector<bool> is_used(points.size());
-  for (const std::uint32_t point : others) is_used[point] = true;
-  for (const Segment& segment : segments_) is_used[segment.from] = is_used[segment.to] = true;
   double largest_error = 0;
   std::vector<Candidate> candidates;
   for (std::uint32_t point = 0; point < points.size(); ++point) {
-    if (!is_used[point]) continue;
+    if (!is_one[point]) continue;
     candidates.push_back({points.vertices[point].x, point, 0});
     largest_error = std::max(largest_error, points.vertices[point].error);
   }
@@ -323,16 +326,27 @@ auto EdgeSplitter::inner_ends(const PointSet& points, std::vector<Segment> segme
   segments_ = std::move(segments);
   inner_.clear();
   if (segments_.empty()) return inner_;
-  find_inner(points, candidates(points, {}));
+  find_inner(points, candidates(points, ends_of_segments(points.size())));
   sort_inner(points);
   return inner_;
 }
 
-void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
-                         std::span<const std::uint32_t> others) {
-  if (edges.empty()) return;
+void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges) {
   collect_segments(faces, edges);
-  find_inner(points, candidates(points, others));
+  divide(points, ends_of_segments(points.size()), edges);
+}
+
+void EdgeSplitter::split_at(std::span<const std::uint32_t> some, const PointSet& points,
+                            std::span<const Skin::Face> faces, EdgeChain& edges) {
+  collect_segments(faces, edges);
+  std::vector<bool> is_one(points.size());
+  for (const std::uint32_t point : some) is_one[point] = true;
+  divide(points, is_one, edges);
+}
+
+void EdgeSplitter::divide(const PointSet& points, const std::vector<bool>& at, EdgeChain& edges) {
+  if (edges.empty()) return;
+  find_inner(points, candidates(points, at));
   if (inner_.empty()) return;
   sort_inner(points);
 
@@ -344,11 +358,11 @@ void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> fac
         std::lower_bound(segments_.begin(), segments_.end(), std::pair(low, high),
                          [](const Segment& s, const auto& key) { return std::pair(s.from, s.to) < key; });
     const auto number = static_cast<std::uint32_t>(segment - segments_.begin());
-    std::uint32_t at = low;
+    std::uint32_t last = low;
     const bool forward = edge.from == low;
     const auto step = [&](std::uint32_t next) {
-      divided.push_back({forward ? at : next, forward ? next : at, edge.face, edge.across});
-      at = next;
+      divided.push_back({forward ? last : next, forward ? next : last, edge.face, edge.across});
+      last = next;
     };
     for (auto inner = std::lower_bound(inner_.begin(), inner_.end(), std::pair(number, 0u));
          inner != inner_.end() && inner->first == number; ++inner)

@@ -373,7 +373,9 @@ void rename_points(ExactPoints& exact, unsigned threads, PointSet& points, Skin&
 void divide_at(ExactPoints& exact, PointSet& points, std::size_t first, Skin& skin) {
   const auto map = unite_points(exact.table(), points, skin);
   std::vector<std::uint32_t> crossings(map.begin() + static_cast<std::ptrdiff_t>(first), map.end());
-  EdgeSplitter(exact).split(points, skin.faces, skin.edges, crossings);
+  // Not at the ends of others: what goes straight on there was one before, but for edges of faces that are
+  // not there as a whole.
+  EdgeSplitter(exact).split_at(crossings, points, skin.faces, skin.edges);
   add_up(skin.edges);
 }
 

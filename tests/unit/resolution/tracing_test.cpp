@@ -350,13 +350,15 @@ TEST(Tracing, MeshesWithFewFlatPlacesHaveTheSurfaceOfTheirCells) {
 }
 
 /// A few shapes of many facets, each in many places: turned, mirrored, and moved by whole steps, so that they
-/// share planes. Of some the model's space holds a part.
+/// share planes. Of some the model's space holds a part. The second round has an edge, besides edges that
+/// cross, that ends for one of two shares where it goes on for the other.
 TEST(Tracing, ManyOfOneShapeHaveTheSurfaceOfTheirCells) {
+  constexpr std::uint64_t second_seed = 1661189486;
   std::size_t compared = 0;
   const std::size_t wanted = samples::rounds(8U);
   for (std::size_t round = 0; compared < wanted; ++round) {
     ASSERT_LT(round, 20 * wanted) << "few can be traced";
-    const std::uint64_t seed = new_seed();
+    const std::uint64_t seed = round == 1 ? second_seed : new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
     const auto sides = static_cast<std::uint32_t>(pick(random, 6, 12));

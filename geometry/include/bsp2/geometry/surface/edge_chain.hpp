@@ -63,13 +63,15 @@ class LineAdder {
   void add_line(const PointSet& points, std::span<const Item> items, EdgeChain& sum);
 };
 
-/// Divides edges so that no end of any of them, and no other given point, lies inside one. Exact. Thread
-/// rule: one thread at a time, which others help.
+/// Divides edges where points lie inside them. Exact. Thread rule: one thread at a time, which others help.
 class EdgeSplitter {
  public:
   explicit EdgeSplitter(ExactPoints& exact, unsigned threads = 1) : exact_(exact), threads_(threads) {}
-  void split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
-             std::span<const std::uint32_t> others = {});
+  /// At the ends of others.
+  void split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges);
+  /// At these points alone.
+  void split_at(std::span<const std::uint32_t> some, const PointSet& points,
+                std::span<const Skin::Face> faces, EdgeChain& edges);
 
   /// From the lower end to the higher one; both planes carry it.
   struct Segment {
@@ -110,8 +112,9 @@ class EdgeSplitter {
   Inner inner_;
 
   void collect_segments(std::span<const Skin::Face> faces, const EdgeChain& edges);
-  [[nodiscard]] std::vector<Candidate> candidates(const PointSet& points,
-                                                  std::span<const std::uint32_t> others);
+  [[nodiscard]] std::vector<bool> ends_of_segments(std::size_t points) const;
+  [[nodiscard]] std::vector<Candidate> candidates(const PointSet& points, const std::vector<bool>& is_one);
+  void divide(const PointSet& points, const std::vector<bool>& at, EdgeChain& edges);
   static void build(std::span<Candidate> candidates);
   void find_inner(const PointSet& points, std::span<const Candidate> candidates);
   void descend(std::span<const Candidate> candidates, std::span<std::uint32_t> numbers,
