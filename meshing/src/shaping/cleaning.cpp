@@ -151,8 +151,7 @@ bool Cleaner::cross_edges(std::uint32_t t) {
     tell_move(moved);
     const auto m = static_cast<std::uint32_t>(editor_.point_count() - 1);
     moves_.lead_through(m, since);
-    for (const auto& [u, v] : edges)
-      for (const std::uint32_t q : p) moves_.bend(q, m, moves_.bent_along(u, v).then_within(*gap / 2));
+    for (const std::uint32_t q : p) moves_.bend(q, m, since);
     ++report_.taken_away;
     return true;
   }
@@ -167,16 +166,16 @@ bool Cleaner::peel(std::uint32_t t) {
   const Displacement step =
       how->way ? Displacement().then_up_to(*how->way) : Displacement().then_within(how->depth);
   Displacement since, moved;
-  for (const std::uint32_t p : points) {
-    since.unite(moves_.since_at(p).then_as(step));
-    moved.unite(moves_.in_all(moves_.since_at(p).then_as(step), editor_.point(p)));
-  }
-  for (const auto& [u, v] : edges)
-    moved.unite(moves_.in_all(moves_.bent_along(u, v).then_as(since), editor_.middle(t)));
+  const auto add = [&](const Displacement& before, const Point& place) {
+    since.unite(before.then_as(step));
+    moved.unite(moves_.in_all(before.then_as(step), place));
+  };
+  for (const std::uint32_t p : points) add(moves_.since_at(p), editor_.point(p));
+  for (const auto& [u, v] : edges) add(moves_.bent_along(u, v), editor_.middle(t));
   if (!is_left(moved, how->depth, most_at(editor_.middle(t))) || !editor_.peel(t)) return false;
   tell_move(moved);
   for (const std::uint32_t p : points) moves_.lead_through(p, since);
-  for (const auto& [u, v] : edges) moves_.bend(u, v, moves_.bent_along(u, v).then_as(step));
+  for (const auto& [u, v] : edges) moves_.bend(u, v, since);
   ++report_.taken_away;
   return true;
 }
@@ -356,8 +355,8 @@ bool Cleaner::lead_through(const Pair& edge, std::uint32_t m, double most, Edito
 bool Cleaner::lead_to(const Pair& edge, std::uint32_t m, const Point& step, Editor::Gain gain) {
   const auto& [u, v] = edge;
   const Point foot = editor_.point(m) - step;
-  const Displacement since = moves_.since_along(u, v, foot).then(step);
-  const Displacement bent = moves_.bent_along(u, v).then_up_to(step);
+  const Displacement before = moves_.since_along(u, v, foot), since = before.then(step),
+                     bent = before.then_up_to(step);
   const std::vector<std::uint32_t> around = editor_.neighbours(u), around_v = editor_.neighbours(v);
   if (!editor_.lead_through(u, v, m, gain)) return false;
   moves_.bend(u, m, bent);

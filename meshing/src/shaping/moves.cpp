@@ -13,10 +13,15 @@ Displacement Moves::since_at(std::uint32_t p) const {
   return moved;
 }
 Displacement Moves::since_along(std::uint32_t u, std::uint32_t v, const Point& place) const {
+  if (Displacement bent = bent_along(u, v); !bent.is_none()) {
+    bent.unite(since_at(u));
+    bent.unite(since_at(v));
+    return bent;
+  }
   const double to_u = std::sqrt(squared_distance(place, editor_.point(u))),
                all = to_u + std::sqrt(squared_distance(place, editor_.point(v)));
   const double share = all > 0 ? to_u / all : 0;
-  return Displacement::mean({since_at(u), since_at(v), {}}, {1 - share, share, 0}).then_as(bent_along(u, v));
+  return Displacement::mean({since_at(u), since_at(v), {}}, {1 - share, share, 0});
 }
 Displacement Moves::in_all(const Displacement& since, const Point& place) const {
   return before_.at(place).then_as(since);
@@ -25,8 +30,8 @@ Displacement Moves::bent_along(std::uint32_t u, std::uint32_t v) const {
   const auto bent = bent_.find({std::min(u, v), std::max(u, v)});
   return bent == bent_.end() ? Displacement() : bent->second;
 }
-void Moves::bend(std::uint32_t u, std::uint32_t v, const Displacement& bent) {
-  bent_[{std::min(u, v), std::max(u, v)}].unite(bent);
+void Moves::bend(std::uint32_t u, std::uint32_t v, const Displacement& since) {
+  bent_[{std::min(u, v), std::max(u, v)}].unite(since);
 }
 
 void Moves::raise(std::vector<Displacement>& of_points, std::uint32_t p, const Displacement& moved) const {

@@ -23,9 +23,10 @@ class Moves {
 
   /// Since it was remembered: of a point, and of edges that lead through it.
   [[nodiscard]] Displacement since_at(std::uint32_t p) const;
-  /// Of what is this edge of the surface, at a place on it: in between it has gone as a mean of its ends.
+  /// Of what is this edge of the surface, at a place on it: a mean of its ends, or any of what has become the
+  /// edge where that was bent, since its ends may have gone along it since.
   [[nodiscard]] Displacement since_along(std::uint32_t u, std::uint32_t v, const Point& place) const;
-  /// Of what has become this edge, besides that of its ends.
+  /// Of what has been bent to this edge, with its ends then.
   [[nodiscard]] Displacement bent_along(std::uint32_t u, std::uint32_t v) const;
   /// Of what is at a place of the surface, in all. @param since of it.
   [[nodiscard]] Displacement in_all(const Displacement& since, const Point& place) const;
@@ -35,7 +36,8 @@ class Moves {
   void move(std::uint32_t p, const Displacement& since) { raise(moved_, p, since); }
   /// Edges that lead through a point have.
   void lead_through(std::uint32_t p, const Displacement& since) { raise(bent_through_, p, since); }
-  void bend(std::uint32_t u, std::uint32_t v, const Displacement& bent);
+  /// What has become an edge has, somewhere on it.
+  void bend(std::uint32_t u, std::uint32_t v, const Displacement& since);
   /// From here on points become others than those that were moved, but the surface is where it is now.
   void remember();
 
