@@ -17,7 +17,7 @@ namespace bsp2::meshing {
 namespace {
 
 constexpr double very_good = Improver::very_good, good = Improver::good, fair = Improver::fair;
-constexpr double very_thin = 0.0175;  // has an angle below 1 degree, or above 179
+constexpr double bad = 0.1736, very_thin = 0.0175;  // have an angle below 10 degrees or above 170; 1 and 179
 /// What may be moved is not used up at once: a share is left for what refining brings near to each other, and
 /// one for the worst of what there is then.
 constexpr double share_at_first = 0.8, share_when_refined = 0.9;
@@ -82,6 +82,7 @@ class Shaping {
   void arrange() {
     const std::vector<std::uint32_t> map = editor_.arrange();
     for (Piece::Shared& shared : shared_) shared.point = map[shared.point];
+    wanted_.renumber(map);
     improver_.forget();
   }
 
@@ -98,6 +99,7 @@ class Shaping {
     clean_and_finish();  // what that has brought near to each other; not in pieces: what they share stays
     cleaner_.allow(1);
     if (thin() > 0) clean_and_finish();
+    if (!is_in_pieces) refine_more();
     tell_details();
     if (!is_in_pieces && thin() > 0) refine_for_cleaned();
   }
@@ -105,6 +107,33 @@ class Shaping {
   void tell_details() {
     report_.detail = wanted_.detail();
     report_.too_many = std::max(report_.too_many, wanted_.too_many());
+  }
+
+  /// Where tetrahedra are bad still since details took too many, these are refined for as they need.
+  void refine_more() {
+    constexpr double usual = 0.01, less = 0.75;  // of all; of what was bad
+    for (int again = 0; again < 3; ++again) {
+      const double before = share_below(bad);
+      const bool are_many = before > usual;
+      const std::uint64_t thin_before = thin();
+      if (!are_many && thin_before == 0) return;
+      if (!wanted_.find_urgent(points_around(are_many ? bad : very_thin))) return;
+      refine_well();
+      clean_and_finish();
+      if (are_many ? share_below(bad) > less * before : thin() >= thin_before) return;
+    }
+  }
+
+  /// Those of tetrahedra of shapes below that, and their neighbours.
+  [[nodiscard]] std::vector<std::uint32_t> points_around(double shape) const {
+    std::vector<std::uint32_t> points;
+    for (std::uint32_t t = 0; t < editor_.size(); ++t)
+      if (!editor_.at(t).is_gone() && editor_.at(t).shape < shape)
+        for (const std::uint32_t p : editor_.at(t).point) {
+          const auto around = editor_.neighbours(p);
+          points.insert(points.end(), around.begin(), around.end());
+        }
+    return points;
   }
 
   /// What is as thin as what is cleaned, where no moves are left, is refined for, if that leaves fewer thin
@@ -156,10 +185,14 @@ class Shaping {
     }
   }
 
-  [[nodiscard]] std::uint64_t thin() const {
+  [[nodiscard]] std::uint64_t thin() const { return below(very_thin); }
+  [[nodiscard]] double share_below(double shape) const {
+    return static_cast<double>(below(shape)) / static_cast<double>(std::max<std::size_t>(editor_.count(), 1));
+  }
+  [[nodiscard]] std::uint64_t below(double shape) const {
     std::uint64_t count = 0;
     for (std::uint32_t t = 0; t < editor_.size(); ++t)
-      if (!editor_.at(t).is_gone() && editor_.at(t).shape < very_thin) ++count;
+      if (!editor_.at(t).is_gone() && editor_.at(t).shape < shape) ++count;
     return count;
   }
 

@@ -51,6 +51,7 @@ double WantedLengths::between(std::uint32_t p, std::uint32_t q) const {
 void WantedLengths::add_between(std::uint32_t u, std::uint32_t v, std::uint32_t middle) {
   if (middle >= wanted_.size()) wanted_.resize(middle + 1, infinity);
   wanted_[middle] = (wanted_[u] + wanted_[v]) / 2;
+  if (is_urgent(u) && is_urgent(v)) hurry(middle);
 }
 
 std::map<std::int32_t, double> WantedLengths::tetrahedra_by_part() const {
@@ -94,6 +95,7 @@ void WantedLengths::find(bool with_details, bool from_seams) {
       if (details->least == 0) details->begin();
       details->is_cut = false;
     }
+    urgent_.is_cut = false;
     find_short_edges();
     find_strips_and_walls();
   }
@@ -115,7 +117,7 @@ void WantedLengths::Details::take_smaller_steps() { step = std::sqrt(step); }
 bool WantedLengths::Details::may_be_finer() const { return is_cut && step <= last_step && least > finest; }
 
 bool WantedLengths::may_be_finer() const {
-  return along_.may_be_finer() || short_.may_be_finer() || may_grow_faster();
+  return along_.may_be_finer() || short_.may_be_finer() || urgent_.may_be_finer() || may_grow_faster();
 }
 
 bool WantedLengths::may_grow_faster() const {
@@ -132,8 +134,8 @@ void WantedLengths::find_finer() {
     return;
   }
   find(true);  // the mesh has become finer since, and may show more
-  if (find_finer_that_fit()) return;
-  if (!along_.is_cut && !short_.is_cut) too_many_ = 0;
+  if (find_finer_that_fit() || (urgent_.may_be_finer() && find_finer_urgent())) return;
+  if (!along_.is_cut && !short_.is_cut && !urgent_.is_cut) too_many_ = 0;
   if (!may_grow_faster()) return;
   has_grown_faster_ = true;
   growth_ = options_.steepest_growth;
@@ -183,9 +185,42 @@ bool WantedLengths::begin_again_with_cleaned() {
   find(true);
   most_ = std::min(most_, expected() - without_details_ + share * options_.most);
   along_.leaves_out_cleaned = false;
-  along_.begin();
-  short_.begin();
+  for (Details* details : {&along_, &short_, &urgent_}) details->begin();
   return true;
+}
+
+void WantedLengths::hurry(std::uint32_t p) {
+  if (p >= is_urgent_.size()) is_urgent_.resize(editor_.point_count());
+  is_urgent_[p] = true;
+}
+
+bool WantedLengths::find_urgent(std::span<const std::uint32_t> points) {
+  along_.step = short_.step = 1;  // the others stay as they are
+  find(true);
+  most_ = std::max(most_, expected() - without_details_) + options_.most;
+  for (const std::uint32_t p : points) hurry(p);
+  urgent_.least = std::max(along_.least, short_.least);
+  urgent_.step = largest_step;
+  return find_finer_urgent();
+}
+
+/// @return whether that fits; if not, all is as it was.
+bool WantedLengths::find_finer_urgent() {
+  const double before = urgent_.least;
+  for (; urgent_.step <= last_step && before > finest; urgent_.take_smaller_steps()) {
+    urgent_.least = std::max(finest, urgent_.step * before);
+    if (fits()) return true;
+  }
+  urgent_.least = before;
+  find(true);
+  return false;
+}
+
+void WantedLengths::renumber(const std::vector<std::uint32_t>& map) {
+  std::vector<bool> before(editor_.point_count());
+  before.swap(is_urgent_);
+  for (std::uint32_t p = 0; p < std::min(before.size(), map.size()); ++p)
+    if (before[p] && map[p] != Editor::none) is_urgent_[map[p]] = true;
 }
 
 bool WantedLengths::fits_with(double least_along, double least_short) {
@@ -246,8 +281,9 @@ void WantedLengths::want_detail(std::uint32_t p, double thickness, double times,
   if ((details.leaves_out_cleaned && thickness < options_.clean) ||
       !(wanted_[p] < infinity && length < wanted_[p]))
     return;
-  const double least = details.least * size_at(p);
-  details.is_cut = details.is_cut || length < least;
+  Details& own = is_urgent(p) && urgent_.least < details.least ? urgent_ : details;
+  const double least = own.least * size_at(p);
+  own.is_cut = own.is_cut || length < least;
   wanted_[p] = std::min(wanted_[p], std::max(least, length));
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,12 @@ class WantedLengths {
   /// From now on what is as thin as what is cleaned is a detail, too: where no moves are left for it.
   /// @return whether there is room for that; then all begins again with coarse ones.
   bool begin_again_with_cleaned();
+  /// Details at these points, and where edges between such points are divided, are to be as fine as they
+  /// need, for which as many tetrahedra again may be added: step by step, as `find_finer` is called.
+  /// @return whether there is room for a step.
+  bool find_urgent(std::span<const std::uint32_t> points);
+  /// After Editor::arrange.
+  void renumber(const std::vector<std::uint32_t>& map);
   /// With the finest details, whatever that makes: what is there may be as fine.
   void find_finest();
   /// Of a new point in the middle of an edge.
@@ -61,11 +68,14 @@ class WantedLengths {
   double too_many_ = 0;
   double without_details_ = 0;  ///< tetrahedra that are to be expected
   double growth_ = options_.growth;
-  bool has_grown_faster_ = false;  ///< or that was tried in vain
-  double most_ = options_.most;    ///< of them that may be added
+  bool has_grown_faster_ = false;          ///< or that was tried in vain
+  double most_ = options_.most;            ///< of them that may be added
+  std::vector<bool> is_urgent_;            ///< by point
+  Details urgent_{.least = 1, .step = 1};  ///< at these, if they are finer
 
   [[nodiscard]] double size_in(std::int32_t part) const;
   [[nodiscard]] double size_at(std::uint32_t p) const;
+  [[nodiscard]] bool is_urgent(std::uint32_t p) const { return p < is_urgent_.size() && is_urgent_[p]; }
   [[nodiscard]] bool is_at_several_parts(std::uint32_t p) const;
   void find_short_edges();
   void find_strips_and_walls();
@@ -73,7 +83,9 @@ class WantedLengths {
   void find_wall(std::uint32_t t, std::size_t top);
   void want_detail(std::uint32_t p, double thickness, double times, Details& details);
   [[nodiscard]] bool may_grow_faster() const;
+  void hurry(std::uint32_t p);
   bool find_finer_that_fit();
+  bool find_finer_urgent();
   bool fits_with(double least_along, double least_short);
   [[nodiscard]] bool fits();
   [[nodiscard]] double expected() const;
