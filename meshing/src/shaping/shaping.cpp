@@ -109,18 +109,15 @@ class Shaping {
     report_.too_many = std::max(report_.too_many, wanted_.too_many());
   }
 
-  /// Where tetrahedra are bad still since details took too many, these are refined for as they need.
+  /// Where many tetrahedra are bad still since details took too many, these are refined for as they need.
   void refine_more() {
     constexpr double usual = 0.01, less = 0.75;  // of all; of what was bad
     for (int again = 0; again < 3; ++again) {
       const double before = share_below(bad);
-      const bool are_many = before > usual;
-      const std::uint64_t thin_before = thin();
-      if (!are_many && thin_before == 0) return;
-      if (!wanted_.find_urgent(points_around(are_many ? bad : very_thin))) return;
+      if (before <= usual || !wanted_.find_urgent(points_around(bad))) return;
       refine_well();
       clean_and_finish();
-      if (are_many ? share_below(bad) > less * before : thin() >= thin_before) return;
+      if (share_below(bad) > less * before) return;
     }
   }
 
