@@ -97,6 +97,25 @@ TEST(Details, PartsThatAreShapedByThemselvesFitTogether) {
   }
 }
 
+/// Where what may be added does not do for all of the strips, those that are bad then may have as much again.
+TEST(Details, ThatLeaveManyBadGetMore) {
+  constexpr double share = 0.2;  // of what is there where as many may be added as it takes
+  for (int round = 0; round < samples::rounds(2); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto solid = thin_solid(steps(random, 0.002));
+    const Tetrahedra cones = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+    Tetrahedra free = cones, bounded = cones;
+    EXPECT_EQ(shape(free, {.clean = 1e-6, .size = 0.5}).turned, 0U);
+    const double most = share * static_cast<double>(free.tetrahedra.size());
+    EXPECT_EQ(shape(bounded, {.clean = 1e-6, .size = 0.5, .most = most}).turned, 0U);
+    EXPECT_LT(bounded.tetrahedra.size(), free.tetrahedra.size());
+    EXPECT_LE(100 * quality_of(bounded).tetrahedra_below[2], bounded.tetrahedra.size());
+    expect_valid(bounded, solid.volume, 1e-9 * solid.volume);
+  }
+}
+
 TEST(Details, ThatAreTooManyAreTold) {
   Random random(dataflow::new_seed());
   const auto solid = thin_solid(steps(random, 1e-3));
