@@ -45,7 +45,9 @@ struct ShapeOptions {
   SizeField field;                   ///< nor longer than this, where it is not empty
   double growth = 0.6;  ///< by which share of the distance edges may be longer than those they lead to
   double steepest_growth = growth;  ///< that instead where else thin details would add too many tetrahedra
-  double most = 250000;  ///< about so many tetrahedra at most are added for the sake of thin details
+  /// About so many tetrahedra at most are added for the sake of thin details; and as many again, up to three
+  /// times, where more than 1 % have an angle below 10 degrees then.
+  double most = 250000;
   /// Where a point of the surface belongs that is on these planes; none: where it is. Asked at the end, with
   /// `size` above 0: of what is round, points come from the facets to its true surface.
   std::function<std::optional<Point>(std::span<const std::uint32_t> planes, const Point& point)> true_place;
