@@ -154,17 +154,19 @@ class Editor {
   bool separate(std::uint32_t t);
   /// Takes out the tetrahedron with those around it, and fills the hole from a new point inside.
   bool hollow(std::uint32_t t);
-  /// How far the surface moves if a tetrahedron is taken away, and the way of those that move farthest, along
-  /// which the others go less far, where that is known.
+  /// What may be taken away together, how far the surface moves then, and the way of those that move
+  /// farthest, along which the others go less far, where that is known.
   struct Peel {
+    std::vector<std::uint32_t> tetrahedra;
     double depth;
     std::optional<Point> way;
   };
-  /// Nothing if it has no outer faces. Of what stands out of the solid as a fin both sides move to each
-  /// other, and are gone.
-  [[nodiscard]] std::optional<Peel> look_at_peel(std::uint32_t t) const;
-  /// Takes away a tetrahedron that has outer faces.
-  bool peel(std::uint32_t t);
+  /// A tetrahedron, or a plate of several flat ones where that alone would move the surface by more than
+  /// `most`. Nothing if it has no outer faces. Of what stands out of the solid as a fin both sides move to
+  /// each other, and are gone.
+  [[nodiscard]] std::optional<Peel> look_at_peel(std::uint32_t t, double most) const;
+  /// Takes away tetrahedra of which some have outer faces.
+  bool peel(std::span<const std::uint32_t> tetrahedra);
 
  private:
   /// The tetrahedra around an edge, and what is on it.
@@ -199,7 +201,8 @@ class Editor {
   struct OuterFaces {
     double outer = 0, other = 0;
     std::size_t count = 0;      // of outer ones
-    std::int32_t side = inner;  // of the largest outer one
+    double largest = 0;         // of the outer ones
+    std::int32_t side = inner;  // its side
     Across edges{};             // if there are two: what they have in common, and what the others have
   };
   /// A face of a tetrahedron before or after a change.
@@ -270,6 +273,13 @@ class Editor {
   void divide(Change& change, std::uint32_t u, std::uint32_t v, std::uint32_t m) const;
   [[nodiscard]] std::optional<std::array<Point, 2>> nearest_of(const Across& edges) const;
   [[nodiscard]] OuterFaces outer_faces_of(std::uint32_t t) const;
+  [[nodiscard]] bool is_outer(std::int32_t side) const {
+    return side != inner && sides_[static_cast<std::size_t>(side)].other == PlaneSide::nothing;
+  }
+  [[nodiscard]] std::optional<Peel> peel_alone(std::uint32_t t) const;
+  [[nodiscard]] std::optional<Peel> plate_around(std::uint32_t t, double most) const;
+  [[nodiscard]] std::optional<Peel> plate_towards(const Point& normal, std::uint32_t t, double most) const;
+  [[nodiscard]] bool is_narrower(const std::array<std::uint32_t, 3>& face, double height) const;
   [[nodiscard]] std::optional<Point> way_inwards(std::uint32_t t) const;
   void set_side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t side);
 };

@@ -17,11 +17,6 @@ namespace {
 // Faces opposite of each corner, seen from outside.
 constexpr std::array<std::array<int, 3>, 4> face_of{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
-double area(const Point& a, const Point& b, const Point& c) {
-  const Point n = cross(b - a, c - a);
-  return std::sqrt(dot(n, n)) / 2;
-}
-
 /// Parameters of the points of the lines a b and c d that are closest to each other; 2 where they are
 /// parallel.
 std::array<double, 2> closest(const Point& a, const Point& b, const Point& c, const Point& d) {
@@ -454,71 +449,6 @@ bool Editor::cross_edges(std::uint32_t t, const Across& edges) {
   if (is_better(change, Gain::less) && apply(change)) return true;
   drop_last_point();
   return false;
-}
-
-Editor::OuterFaces Editor::outer_faces_of(std::uint32_t t) const {
-  const Tetrahedron& tet = tetrahedra_[t];
-  OuterFaces faces;
-  std::size_t others = 0;
-  double largest = 0;
-  for (int k = 0; k < 4; ++k) {
-    const auto [a, b, c] = face_opposite(t, k);
-    const double own = area(points_[a], points_[b], points_[c]);
-    const bool is_outer =
-        tet.side[k] != inner && sides_[static_cast<std::size_t>(tet.side[k])].other == PlaneSide::nothing;
-    (is_outer ? faces.outer : faces.other) += own;
-    // The edge that two faces have in common is that of the points opposite of the two others.
-    if (is_outer)
-      faces.edges[1][std::min<std::size_t>(faces.count++, 1)] = tet.point[static_cast<std::size_t>(k)];
-    else
-      faces.edges[0][std::min<std::size_t>(others++, 1)] = tet.point[static_cast<std::size_t>(k)];
-    if (is_outer && (faces.side == inner || own > largest)) {
-      faces.side = tet.side[k];
-      largest = own;
-    }
-  }
-  return faces;
-}
-
-std::optional<Editor::Peel> Editor::look_at_peel(std::uint32_t t) const {
-  const OuterFaces faces = outer_faces_of(t);
-  if (faces.side == inner) return std::nullopt;
-  // Nearly in one plane, the faces cover each place twice. What faces out afterwards then lies on something
-  // that faced out before, or two outer faces lie on each other, and what is between them goes.
-  const auto& p = tetrahedra_[t].point;
-  if (faces.count > 2) return Peel{depth(p), faces.count > 3 ? std::nullopt : way_inwards(t)};
-  if (faces.count == 2)
-    if (const auto nearest = nearest_of(faces.edges)) {
-      const Point way = (*nearest)[1] - (*nearest)[0];
-      return Peel{std::sqrt(dot(way, way)), way};
-    }
-  if (tetrahedra_[t].shape <= 0 && faces.other <= faces.outer * (1 + 1e-6)) return Peel{depth(p), {}};
-  double longest = 0;
-  for (std::size_t i = 0; i < 4; ++i)
-    for (std::size_t k = i + 1; k < 4; ++k) longest = std::max(longest, length(p[i], p[k]));
-  return Peel{longest, {}};
-}
-
-/// Across a tetrahedron of which one face is inside: along the normal of the largest face, to that one.
-std::optional<Point> Editor::way_inwards(std::uint32_t t) const {
-  const Tetrahedron& tet = tetrahedra_[t];
-  const auto normals =
-      normals_of(points_[tet.point[0]], points_[tet.point[1]], points_[tet.point[2]], points_[tet.point[3]]);
-  const auto by_size = [](const Point& a, const Point& b) { return dot(a, a) < dot(b, b); };
-  const Point largest = *std::ranges::max_element(normals, by_size);
-  const auto inner_face = static_cast<std::size_t>(std::ranges::find(tet.side, inner) - tet.side.begin());
-  const double size = dot(largest, largest);
-  if (inner_face == 4 || !(size > 0)) return std::nullopt;
-  const double length = depth(tet.point) / std::sqrt(size);
-  const double share = dot(largest, normals[inner_face]) < 0 ? -length : length;
-  return Point{share * largest[0], share * largest[1], share * largest[2]};
-}
-
-bool Editor::peel(std::uint32_t t) {
-  Change change;
-  change.side = outer_faces_of(t).side;
-  change.removed.push_back(t);
-  return apply(change);
 }
 
 }  // namespace bsp2::meshing

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -159,10 +160,15 @@ bool Cleaner::cross_edges(std::uint32_t t) {
 }
 
 bool Cleaner::peel(std::uint32_t t) {
-  const auto how = editor_.look_at_peel(t);
+  const double most = most_at(editor_.middle(t));
+  const auto how = editor_.look_at_peel(t, most);
   if (!how) return false;
-  const auto points = editor_.at(t).point;
-  const auto edges = editor_.at(t).edges();
+  std::vector<std::uint32_t> points;
+  std::vector<Pair> edges;
+  for (const std::uint32_t own : how->tetrahedra) {
+    std::ranges::copy(editor_.at(own).point, std::back_inserter(points));
+    std::ranges::copy(editor_.at(own).edges(), std::back_inserter(edges));
+  }
   const Displacement step =
       how->way ? Displacement().then_up_to(*how->way) : Displacement().then_within(how->depth);
   Displacement since, moved;
@@ -171,12 +177,12 @@ bool Cleaner::peel(std::uint32_t t) {
     moved.unite(moves_.in_all(before.then_as(step), place));
   };
   for (const std::uint32_t p : points) add(moves_.since_at(p), editor_.point(p));
-  for (const auto& [u, v] : edges) add(moves_.bent_along(u, v), editor_.middle(t));
-  if (!is_left(moved, how->depth, most_at(editor_.middle(t))) || !editor_.peel(t)) return false;
+  for (const auto& [u, v] : edges) add(moves_.bent_along(u, v), between(editor_.point(u), editor_.point(v)));
+  if (!is_left(moved, how->depth, most) || !editor_.peel(how->tetrahedra)) return false;
   tell_move(moved);
   for (const std::uint32_t p : points) moves_.lead_through(p, since);
   for (const auto& [u, v] : edges) moves_.bend(u, v, since);
-  ++report_.taken_away;
+  report_.taken_away += how->tetrahedra.size();
   return true;
 }
 

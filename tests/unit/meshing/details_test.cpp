@@ -3,10 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <vector>
 
+#include "bsp2/geometry/support/vectors.hpp"
 #include "bsp2/meshing/complex/complex.hpp"
+#include "bsp2/meshing/simplices/orientation.hpp"
 #include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
 #include "dataflow/oracle.hpp"
 #include "resolution/resolved.hpp"
@@ -124,6 +129,50 @@ TEST(Details, ThatAreTooManyAreTold) {
   EXPECT_GT(report.too_many, 500);
   EXPECT_GE(report.detail, 1.0 / 128);
   expect_valid(mesh, solid.volume, 1e-9 * solid.volume);
+}
+
+/// Faces that belong to one tetrahedron, each on a side of its own but for those of the plane z = 0.
+void add_outer_faces(Tetrahedra& mesh) {
+  std::map<std::array<std::uint32_t, 3>, std::vector<std::array<std::uint32_t, 3>>> uses;
+  for (const auto& [a, b, c, d] : mesh.tetrahedra)
+    for (const std::array<std::uint32_t, 3>& face :
+         {std::array{b, c, d}, std::array{a, d, c}, std::array{a, b, d}, std::array{a, c, b}}) {
+      std::array<std::uint32_t, 3> key = face;
+      std::ranges::sort(key);
+      uses[key].push_back(face);
+    }
+  for (const auto& [key, faces] : uses) {
+    if (faces.size() != 1) continue;
+    const auto& [a, b, c] = faces.front();
+    const Point u = geometry::minus(mesh.points[b], mesh.points[a]),
+                v = geometry::minus(mesh.points[c], mesh.points[a]);
+    const bool is_on_top = mesh.points[a][2] == 0 && mesh.points[b][2] == 0 && mesh.points[c][2] == 0;
+    const auto plane = is_on_top ? 0 : 1 + static_cast<std::uint32_t>(mesh.sides.size());
+    mesh.triangles.push_back(faces.front());
+    mesh.side.push_back(static_cast<std::uint32_t>(mesh.sides.size()));
+    mesh.sides.push_back({plane, 0, PlaneSide::nothing, geometry::cross(u, v)});
+  }
+}
+
+/// A fin of two flat tetrahedra whose rim is in the midst of the one: either alone would leave a gap.
+TEST(Details, FlakesOfSeveralTetrahedraAreTakenAway) {
+  constexpr double thin = 1e-7;
+  Tetrahedra mesh;
+  enum : std::uint32_t { a, b, c, d, e, f };
+  mesh.points = {{0.01, 0, -thin}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {0, 0.3, -1}};
+  mesh.tetrahedra = {{a, e, d, f}, {a, d, b, f}, {e, d, c, a}, {b, c, d, a}};
+  for (const auto& [p, q, r, s] : mesh.tetrahedra)
+    ASSERT_GT(orientation(mesh.points[p], mesh.points[q], mesh.points[r], mesh.points[s]), 0);
+  mesh.part.assign(mesh.tetrahedra.size(), 0);
+  add_outer_faces(mesh);
+  double volume = 0;
+  for (const double part : volumes_of(mesh, 1)) volume += part;
+  const ShapeReport report = shape(mesh, {.clean = 1e-6});
+  EXPECT_EQ(report.taken_away, 2U);
+  EXPECT_GE(report.largest_move, thin);
+  EXPECT_LE(report.largest_move, 1e-6);
+  EXPECT_EQ(mesh.tetrahedra.size(), 2U);
+  expect_valid(mesh, volume, 4 * thin);
 }
 
 }  // namespace
