@@ -221,8 +221,8 @@ class SolverMeshMaker {
     take_cells(std::move(complex));
   }
 
-  /// Of a mesh in which a tetrahedron is flat nobody has any use: then more is absorbed, unless somebody has
-  /// said how much. @param volume gets that before anything has moved.
+  /// Of a mesh in which a tetrahedron is flat nobody has any use, of thin ones little: then more is absorbed,
+  /// unless somebody has said how much. @param volume gets that before anything has moved.
   meshing::ShapeReport shape(const Complex& complex, meshing::ShapeOptions& options, double& volume) {
     const double usual = options.clean;
     for (;;) {
@@ -230,20 +230,31 @@ class SolverMeshMaker {
       volume = total(meshing::volumes_of(mesh_.tetrahedra, 0));
       const meshing::ShapeReport shaped = meshing::shape(mesh_.tetrahedra, options);
       const bool is_last = shaped.turned == 0 || options_.clean || !(2 * options.clean <= most_clean_);
-      if (is_last && options.clean > usual)
-        made_.notes.push_back(fmt::format(
-            "what is smaller than {:.3g} is absorbed, {:.0f} times as much as usual: with less a tetrahedron "
-            "stayed flat",
-            options.clean, options.clean / usual));
-      if (is_last) return shaped;
+      if (is_last) {
+        summary_.clean = shaped.clean;
+        tell_what_was_too_little(usual, options.clean, shaped.clean);
+        return shaped;
+      }
       options.clean = summary_.clean *= 2;
       options.clean_by_place = clean_by_place();
     }
   }
 
+  /// @param rather_than_flat, rather_than_thin what was absorbed instead.
+  void tell_what_was_too_little(double usual, double rather_than_flat, double rather_than_thin) {
+    std::string why = rather_than_flat > usual ? "a tetrahedron stayed flat" : "";
+    if (rather_than_thin > rather_than_flat)
+      why += std::string(why.empty() ? "" : ", or ") + "tetrahedra had an angle below 1 degree";
+    if (!why.empty())
+      made_.notes.push_back(
+          fmt::format("what is smaller than {:.3g} is absorbed, {:.0f} times as much as usual: with less {}",
+                      rather_than_thin, rather_than_thin / usual, why));
+  }
+
   void make_tetrahedra(const Complex& complex) {
     const auto start = Clock::now();
     meshing::ShapeOptions options{.clean = summary_.clean,
+                                  .most_clean = options_.clean ? 0 : most_clean_,
                                   .clean_by_place = clean_by_place(),
                                   .size = summary_.size,
                                   .size_of_part = sizes_of_parts(),
@@ -265,23 +276,23 @@ class SolverMeshMaker {
           "no valid mesh was found: of {} {} flat or turned over, since the model has details "
           "that are as small as doubles are rounded; a larger {}clean (now {:.3g}) may absorb them",
           counted(mesh_.tetrahedra.tetrahedra.size(), "# tetrahedr[on|a]"),
-          counted(shaped.turned, "# [is|are]"), dashes_, options.clean));
+          counted(shaped.turned, "# [is|are]"), dashes_, shaped.clean));
     if (mesh_.tetrahedra.tetrahedra.empty())
       throw Error(fmt::format("nothing is left to mesh: all of the solid is smaller than {}clean {:.3g}",
-                              dashes_, options.clean));
+                              dashes_, shaped.clean));
     summary_.cells_at_first = shaped.tetrahedra_at_first;
     summary_.moved_points = shaped.moved_points;
     summary_.bent_edges = shaped.bent_edges;
     summary_.largest_move = shaped.largest_move;
     summary_.taken_away = shaped.taken_away;
-    tell_what_moved(shaped, options.clean, total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before);
+    tell_what_moved(shaped, total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before);
     name_faces();
     options_.dual ? make_dual() : tell_quality();
     tell_details(shaped);
     summary_.seconds_of_shape = seconds_since(start);
   }
 
-  void tell_what_moved(const meshing::ShapeReport& shaped, double clean, double volume) {
+  void tell_what_moved(const meshing::ShapeReport& shaped, double volume) {
     std::string absorbed;
     const auto add = [&](const std::string& what) { absorbed += (absorbed.empty() ? "" : ", ") + what; };
     if (shaped.moved_points > 0)
@@ -291,7 +302,7 @@ class SolverMeshMaker {
     if (shaped.taken_away > 0) add(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away"));
     if (shaped.largest_move > 0)
       absorbed += fmt::format(", by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}",
-                              shaped.largest_move, dashes_, clean);
+                              shaped.largest_move, dashes_, shaped.clean);
     std::string placed;
     if (shaped.placed > 0)
       placed = fmt::format("{} put on the true surface of what is round, by {:.3g} at most",

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <utility>
 
 #include "editing/editor.hpp"
 #include "shaping/improving.hpp"
@@ -21,8 +23,8 @@ class Cleaner {
           ShapeReport& report)
       : editor_(editor), sizing_(sizing), improver_(improver), options_(options), report_(report) {}
 
-  /// From now on no more than this share of `clean` is moved.
-  void allow(double share) { most_ = share * options_.clean; }
+  /// From now on nothing is moved by more than that in all; at first that is `clean`.
+  void allow(double most) { most_ = most; }
   /// Absorbs what is shorter or thinner than that.
   void clean();
   /// Mends what is flat or turned over.
@@ -32,7 +34,9 @@ class Cleaner {
   /// How many are flat or turned over.
   [[nodiscard]] std::uint64_t turned() const;
   /// See Moves.
-  void remember_moves() { moves_.remember(); }
+  void remember_moves() { moves_.remember(std::max(most_, options_.clean)); }
+  [[nodiscard]] const Moves& moves() const { return moves_; }
+  void take_back(Moves moves) { moves_ = std::move(moves); }
 
  private:
   using Pair = std::array<std::uint32_t, 2>;
@@ -41,7 +45,7 @@ class Cleaner {
   Improver& improver_;
   const ShapeOptions& options_;
   ShapeReport& report_;
-  Moves moves_{editor_, options_.clean};
+  Moves moves_{editor_};
   double most_ = options_.clean;
 
   [[nodiscard]] double most_at(const Point& place) const;

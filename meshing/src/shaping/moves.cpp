@@ -18,8 +18,8 @@ Displacement Moves::since_along(std::uint32_t u, std::uint32_t v, const Point& p
     bent.unite(since_at(v));
     return bent;
   }
-  const double to_u = std::sqrt(squared_distance(place, editor_.point(u))),
-               all = to_u + std::sqrt(squared_distance(place, editor_.point(v)));
+  const double to_u = std::sqrt(squared_distance(place, editor_->point(u))),
+               all = to_u + std::sqrt(squared_distance(place, editor_->point(v)));
   const double share = all > 0 ? to_u / all : 0;
   return Displacement::mean({since_at(u), since_at(v), {}}, {1 - share, share, 0});
 }
@@ -35,16 +35,16 @@ void Moves::bend(std::uint32_t u, std::uint32_t v, const Displacement& since) {
 }
 
 void Moves::raise(std::vector<Displacement>& of_points, std::uint32_t p, const Displacement& moved) const {
-  if (p >= of_points.size()) of_points.resize(editor_.point_count());
+  if (p >= of_points.size()) of_points.resize(editor_->point_count());
   of_points[p].unite(moved);
 }
 
-void Moves::remember() {
-  std::vector<Displacement> moved(editor_.point_count());
+void Moves::remember(double reach) {
+  std::vector<Displacement> moved(editor_->point_count());
   for (std::uint32_t p = 0; p < moved.size(); ++p)
-    if (!editor_.star(p).empty() && editor_.kind(p) != Editor::inside)
-      moved[p] = in_all(since_at(p), editor_.point(p));
-  before_ = SurfaceMoves(editor_, moved, reach_);
+    if (!editor_->star(p).empty() && editor_->kind(p) != Editor::inside)
+      moved[p] = in_all(since_at(p), editor_->point(p));
+  before_ = SurfaceMoves(*editor_, moved, reach);
   moved_.clear();
   bent_.clear();
   bent_through_.clear();

@@ -17,9 +17,8 @@ namespace bsp2::meshing {
 /// Thread rule: one thread at a time.
 class Moves {
  public:
-  /// @param editor the mesh; it must outlive this. @param reach how far a place may be from where it is on
-  /// the surface.
-  Moves(const Editor& editor, double reach) : editor_(editor), reach_(reach) {}
+  /// @param editor the mesh; it must outlive this.
+  explicit Moves(const Editor& editor) : editor_(&editor) {}
 
   /// Since it was remembered: of a point, and of edges that lead through it.
   [[nodiscard]] Displacement since_at(std::uint32_t p) const;
@@ -39,11 +38,11 @@ class Moves {
   /// What has become an edge has, somewhere on it.
   void bend(std::uint32_t u, std::uint32_t v, const Displacement& since);
   /// From here on points become others than those that were moved, but the surface is where it is now.
-  void remember();
+  /// @param reach how far from there a place may be that is asked for.
+  void remember(double reach);
 
  private:
-  const Editor& editor_;
-  double reach_;
+  const Editor* editor_;
   SurfaceMoves before_;
   // Since; by point, and by edge.
   std::vector<Displacement> moved_, bent_through_;

@@ -32,9 +32,10 @@ class Shaping {
   ShapeReport run() {
     report_.tetrahedra_at_first = editor_.size();
     report_.turned_at_first = cleaner_.turned();
-    if (options_.size > 0) cleaner_.allow(share_at_first);
+    report_.clean = options_.clean;
+    if (options_.size > 0) cleaner_.allow(share_at_first * options_.clean);
     for (int pass = 0; pass < 5; ++pass) {
-      if (pass == 4) cleaner_.allow(1);  // rather than that something stays turned over
+      if (pass == 4) cleaner_.allow(options_.clean);  // rather than that something stays turned over
       cleaner_.clean();
       cleaner_.absorb();
       if (cleaner_.turned() == 0) break;
@@ -42,8 +43,10 @@ class Shaping {
     }
     cleaner_.clean();
     cleaner_.remember_moves();
-    if (options_.size > 0) make_good();
-    cleaner_.allow(1);
+    if (options_.size > 0) {
+      make_good();
+      absorb_more();
+    }
     cleaner_.absorb();
     if (options_.size > 0 && options_.true_place) place_truly();
     report_.turned = cleaner_.turned();
@@ -95,9 +98,9 @@ class Shaping {
     const auto counts = wanted_.tetrahedra_by_part();
     const bool is_in_pieces = is_for_pieces(counts);
     is_in_pieces ? work_in_pieces(counts) : refine_well();
-    cleaner_.allow(share_when_refined);
+    cleaner_.allow(share_when_refined * options_.clean);
     clean_and_finish();  // what that has brought near to each other; not in pieces: what they share stays
-    cleaner_.allow(1);
+    cleaner_.allow(options_.clean);
     if (thin() > 0) clean_and_finish();
     if (!is_in_pieces) refine_more();
     tell_details();
@@ -138,13 +141,43 @@ class Shaping {
   void refine_for_cleaned() {
     const std::uint64_t before = thin();
     if (!wanted_.begin_again_with_cleaned()) return;
-    const Editor editor = editor_;
-    const ShapeReport report = report_;
+    State as_it_was = state();
     refine_well();
     clean_and_finish();
-    if (thin() < before) return tell_details();
-    editor_ = editor;
-    report_ = report;
+    thin() < before ? tell_details() : go_back(std::move(as_it_was));
+  }
+
+  /// Where thin tetrahedra are left, and nobody says how much may move, that may be more, if it helps.
+  void absorb_more() {
+    if (!(options_.clean > 0) || !options_.clean_by_place.is_empty()) return;
+    std::uint64_t left = thin_by_themselves();
+    for (double most = 2 * options_.clean; left > 0 && most <= options_.most_clean; most *= 2) {
+      State as_it_was = state();
+      cleaner_.allow(most);
+      cleaner_.remember_moves();
+      clean_and_finish();
+      const std::uint64_t now = thin_by_themselves();
+      if (now >= left) {
+        go_back(std::move(as_it_was));
+        continue;
+      }
+      left = now;
+      report_.clean = most;
+    }
+  }
+
+  /// What steps that may not help can be taken back to.
+  struct State {
+    Editor editor;
+    Moves moves;
+    ShapeReport report;
+  };
+  [[nodiscard]] State state() const { return {editor_, cleaner_.moves(), report_}; }
+  void go_back(State state) {
+    editor_ = std::move(state.editor);
+    cleaner_.take_back(std::move(state.moves));
+    cleaner_.allow(state.report.clean);
+    report_ = state.report;
     improver_.forget();
   }
 
@@ -183,6 +216,13 @@ class Shaping {
   }
 
   [[nodiscard]] std::uint64_t thin() const { return below(very_thin); }
+  /// Without those that are so since the solid is.
+  [[nodiscard]] std::uint64_t thin_by_themselves() const {
+    if (thin() == 0) return 0;
+    std::vector<std::uint32_t> map;
+    const Quality quality = quality_of(editor_.result(map));
+    return quality.tetrahedra_below[0] - quality.of_solid[0];
+  }
   [[nodiscard]] double share_below(double shape) const {
     return static_cast<double>(below(shape)) / static_cast<double>(std::max<std::size_t>(editor_.count(), 1));
   }

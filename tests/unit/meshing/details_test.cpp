@@ -131,6 +131,44 @@ TEST(Details, ThatAreTooManyAreTold) {
   expect_valid(mesh, solid.volume, 1e-9 * solid.volume);
 }
 
+/// Strips for which there are neither tetrahedra nor moves, until more may move.
+TEST(Details, ThatLeaveThinOnesAreAbsorbedByLargerMoves) {
+  constexpr double clean = 1e-6;
+  for (int round = 0; round < samples::rounds(2); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto solid = thin_solid(steps(random, clean * dataflow::uniform(random, 1.1, 3)));
+    const Tetrahedra cones = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+    Tetrahedra strict = cones, loose = cones;
+    const ShapeReport little = shape(strict, {.clean = clean, .size = 2, .most = 50});
+    EXPECT_EQ(little.clean, clean);
+    EXPECT_LE(little.largest_move, clean);
+    EXPECT_GT(quality_of(strict).tetrahedra_below[0], 0U);
+    const ShapeReport more = shape(loose, {.clean = clean, .most_clean = 16 * clean, .size = 2, .most = 50});
+    EXPECT_GE(more.clean, 2 * clean);
+    EXPECT_LE(more.clean, 16 * clean);
+    EXPECT_GT(more.largest_move, clean);
+    EXPECT_LE(more.largest_move, more.clean);
+    EXPECT_LE(10 * quality_of(loose).tetrahedra_below[0], quality_of(strict).tetrahedra_below[0]);
+    expect_valid(loose, solid.volume, 1e-9 * solid.volume + more.largest_move * solid.surface.area());
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+/// Where the solid has such an angle itself, no moves help.
+TEST(Details, AnglesOfTheSolidAreNotMovedFor) {
+  const auto wedge =
+      model::polyhedron({{0, 0, 0}, {1, 0, 0}, {0, 0.1, 0}, {1, 0.1, 0}, {0, 0, 0.01}, {0, 0.1, 0.01}},
+                        {{0, 2, 3, 1}, {0, 4, 5, 2}, {1, 3, 5, 4}, {0, 1, 4}, {2, 5, 3}});
+  const auto solid = thin_solid(wedge);
+  Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+  const ShapeReport report = shape(mesh, {.clean = 1e-6, .most_clean = 16e-6, .size = 1, .most = 50});
+  EXPECT_EQ(report.clean, 1e-6);
+  EXPECT_EQ(report.largest_move, 0);
+  EXPECT_LT(quality_of(mesh).smallest_angle, 1);
+}
+
 /// Faces that belong to one tetrahedron, each on a side of its own but for those of the plane z = 0.
 void add_outer_faces(Tetrahedra& mesh) {
   std::map<std::array<std::uint32_t, 3>, std::vector<std::array<std::uint32_t, 3>>> uses;

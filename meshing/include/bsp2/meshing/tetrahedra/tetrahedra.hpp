@@ -38,7 +38,10 @@ struct Tetrahedra {
 
 /// How a mesh is made of good shape. Lengths in model units.
 struct ShapeOptions {
-  double clean = 0;          ///< what is shorter is absorbed by moves of at most this in all; 0: nothing
+  double clean = 0;  ///< what is shorter is absorbed by moves of at most this in all; 0: nothing
+  /// Where an angle below 1 degree is left that the solid does not have, up to so much is absorbed instead,
+  /// as far as that helps; unless this is more than `clean`, and `size` above 0: no more than that.
+  double most_clean = 0;
   SizeField clean_by_place;  ///< where it is not empty: of the nearest place, if that is less than `clean`
   double size = 0;           ///< wanted length of edges; 0: the cells' own tetrahedra stay, but for `clean`
   std::vector<double> size_of_part;  ///< by part; 0 or missing: `size`
@@ -62,6 +65,7 @@ struct ShapeReport {
   std::uint64_t tetrahedra_at_first = 0;
   std::uint64_t turned_at_first = 0;  ///< that rounding had made flat or turned over
   std::uint64_t turned = 0;           ///< that are so still: above 0 the mesh is of no use
+  double clean = 0;                   ///< what is shorter than that was absorbed
   std::uint64_t moved_points = 0;     ///< corners of the solid that were moved
   std::uint64_t bent_edges = 0;       ///< edges of the surface that lead through a point that they passed by
   double largest_move = 0;
