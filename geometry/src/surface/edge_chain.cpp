@@ -187,36 +187,50 @@ void EdgeSplitter::build(std::span<Candidate> candidates) {
   build(candidates.subspan(half + 1));
 }
 
+auto EdgeSplitter::way_of(const Search& search, std::uint32_t number) const -> Way {
+  const Segment& segment = segments_[number];
+  const auto &from = search.points.vertices[segment.from].x, &to = search.points.vertices[segment.to].x;
+  Way way{number, from, {}, {}, {}};
+  for (int k = 0; k < 3; ++k) {
+    way.step[k] = to[k] - from[k];
+    way.low[k] = std::min(from[k], to[k]) - margin_;
+    way.high[k] = std::max(from[k], to[k]) + margin_;
+  }
+  return way;
+}
+
 /// Follows a piece of a segment down the tree. Shares of its length are rounded by 2^-51 of it at most, for
 /// which the margin has room.
-void EdgeSplitter::find(const Search& search, std::uint32_t number, std::span<const Candidate> candidates,
+void EdgeSplitter::find(const Search& search, const Way& way, std::span<const Candidate> candidates,
                         double low, double high) const {
-  const Segment& segment = segments_[number];
-  const PointSet& points = search.points;
-  const auto &from = points.vertices[segment.from].x, &to = points.vertices[segment.to].x;
   const auto test = [&](const Candidate& candidate) {
-    for (int k = 0; k < 3; ++k)
-      if (candidate.x[k] < std::min(from[k], to[k]) - margin_ ||
-          candidate.x[k] > std::max(from[k], to[k]) + margin_)
-        return;
-    if (is_inside(search, segment, candidate.point)) search.inner.emplace_back(number, candidate.point);
+    bool is_near = true;
+    for (int k = 0; k < 3; ++k) is_near &= way.low[k] <= candidate.x[k] && candidate.x[k] <= way.high[k];
+    if (is_near && is_inside(search, segments_[way.number], candidate.point))
+      search.inner.emplace_back(way.number, candidate.point);
   };
-  if (candidates.size() <= few) {
-    for (const Candidate& candidate : candidates) test(candidate);
-    return;
+  while (candidates.size() > few) {
+    const std::size_t half = candidates.size() / 2;
+    const Candidate& middle = candidates[half];
+    test(middle);
+    const double start = way.from[middle.axis], step = way.step[middle.axis];
+    const double at_low = start + low * step, at_high = start + high * step;
+    const auto share_at = [&](double position) { return std::clamp((position - start) / step, low, high); };
+    const double bottom = middle.x[middle.axis] - margin_, top = middle.x[middle.axis] + margin_;
+    const std::span<const Candidate> above = candidates.subspan(half + 1);
+    if (std::min(at_low, at_high) > top) {
+      candidates = above;
+      continue;
+    }
+    if (std::max(at_low, at_high) >= bottom)
+      find(search, way, above, at_low < bottom ? share_at(bottom) : low,
+           at_high < bottom ? share_at(bottom) : high);
+    candidates = candidates.first(half);
+    const double low_below = at_low > top ? share_at(top) : low;
+    high = at_high > top ? share_at(top) : high;
+    low = low_below;
   }
-  const std::size_t half = candidates.size() / 2;
-  const Candidate& middle = candidates[half];
-  test(middle);
-  const double start = from[middle.axis], step = to[middle.axis] - start;
-  const double at_low = start + low * step, at_high = start + high * step;
-  const auto share_at = [&](double position) { return std::clamp((position - start) / step, low, high); };
-  if (const double top = middle.x[middle.axis] + margin_; std::min(at_low, at_high) <= top)
-    find(search, number, candidates.first(half), at_low > top ? share_at(top) : low,
-         at_high > top ? share_at(top) : high);
-  if (const double bottom = middle.x[middle.axis] - margin_; std::max(at_low, at_high) >= bottom)
-    find(search, number, candidates.subspan(half + 1), at_low < bottom ? share_at(bottom) : low,
-         at_high < bottom ? share_at(bottom) : high);
+  for (const Candidate& candidate : candidates) test(candidate);
 }
 
 /// The points of each segment in order from its lower end.
@@ -291,7 +305,7 @@ void EdgeSplitter::find_all(const Search& search, const Bundle& bundle) const {
   const auto [candidates, numbers, is_crossing] = bundle;
   Interruption::check();
   if (is_crossing || candidates.size() <= few || numbers.size() <= 2) {
-    for (const std::uint32_t number : numbers) find(search, number, candidates, 0, 1);
+    for (const std::uint32_t number : numbers) find(search, way_of(search, number), candidates, 0, 1);
     return;
   }
   const std::size_t half = candidates.size() / 2;

@@ -1,6 +1,7 @@
 #include "complex/point_register.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace bsp2::meshing {
 
@@ -16,8 +17,12 @@ std::size_t PointRegister::place_of(const std::array<HyperplaneId, 3>& ids) cons
   return at;
 }
 
-void PointRegister::grow() {
-  std::vector<Entry> before(std::max<std::size_t>(2 * known_.size(), 1024));
+void PointRegister::reserve(std::size_t names) {
+  if (const std::size_t places = std::bit_ceil(2 * names); places > known_.size()) grow(places);
+}
+
+void PointRegister::grow(std::size_t places) {
+  std::vector<Entry> before(places);
   before.swap(known_);
   for (const Entry& entry : before)
     if (entry.point != none) known_[place_of(entry.ids)] = entry;
@@ -25,7 +30,7 @@ void PointRegister::grow() {
 
 std::uint32_t PointRegister::find(const std::array<HyperplaneId, 3>& ids,
                                   std::span<const HyperplaneId> planes) {
-  if (2 * count_ >= known_.size()) grow();
+  if (2 * count_ >= known_.size()) grow(std::max<std::size_t>(2 * known_.size(), 1024));
   Entry& entry = known_[place_of(ids)];
   if (entry.point == none) {
     ++count_;

@@ -22,6 +22,8 @@ class PointRegister {
   [[nodiscard]] std::uint32_t known(const std::array<geometry::HyperplaneId, 3>& ids) const {
     return known_.empty() ? none : known_[place_of(ids)].point;
   }
+  /// Room for so many names, so that it need not grow.
+  void reserve(std::size_t names);
   static constexpr std::uint32_t none = ~0U;
   /// Takes in other points, which may be among these. @return the number of the first one.
   std::uint32_t append(const geometry::PointSet& points);
@@ -46,7 +48,7 @@ class PointRegister {
   std::size_t count_ = 0;
 
   [[nodiscard]] std::size_t place_of(const std::array<geometry::HyperplaneId, 3>& ids) const;
-  void grow();
+  void grow(std::size_t places);
   void take_in_more();
 };
 

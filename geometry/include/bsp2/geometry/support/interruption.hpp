@@ -35,10 +35,9 @@ class Interruption {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
   std::function<bool()> asked_;
   std::chrono::milliseconds seldom_;
-  Clock::time_point last_{};
+  std::chrono::nanoseconds last_{};  // of a clock that rises
   bool is_over_ = false;
   Interruption* outer_;
 };

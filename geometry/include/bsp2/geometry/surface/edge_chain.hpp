@@ -91,6 +91,12 @@ class EdgeSplitter {
     int axis;  ///< along which it parts the points before it from those after it
   };
 
+  /// Where a segment begins, how far it goes, and the box that holds all that may lie in it.
+  struct Way {
+    std::uint32_t number;
+    std::array<double, 3> from, step, low, high;
+  };
+
   /// What one thread finds.
   struct Search {
     ExactPoints& exact;
@@ -123,7 +129,8 @@ class EdgeSplitter {
                                                          std::span<std::uint32_t> numbers,
                                                          const PointSet& points) const;
   void find_all(const Search& search, const Bundle& bundle) const;
-  void find(const Search& search, std::uint32_t number, std::span<const Candidate> candidates, double low,
+  [[nodiscard]] Way way_of(const Search& search, std::uint32_t number) const;
+  void find(const Search& search, const Way& way, std::span<const Candidate> candidates, double low,
             double high) const;
   static bool is_inside(const Search& search, const Segment& segment, std::uint32_t point);
   void sort_inner(const PointSet& points);
