@@ -141,8 +141,11 @@ class SolverMeshMaker {
                     std::max(options_.clean.value_or(most_clean_), 1e-9 * extents.all));
     options_.polyhedra ? take(std::move(complex)) : make_tetrahedra(complex);
     for (const std::string& name : groups_->empty_rules())
-      made_.warnings.push_back(dashes_ + "group " + name +
-                               ": no face is where it says, so there is no such group");
+      made_.warnings.push_back(dashes_ + "group " + name + ": no face is where it says, or another " +
+                               dashes_ +
+                               "group before it has "
+                               "them, so there is no such group" +
+                               about_colours(name));
     mesh_.volumes = groups_->volumes();
     mesh_.groups = groups_->groups();
     mesh_.is_interface = groups_->is_interface();
@@ -193,6 +196,16 @@ class SolverMeshMaker {
           report.fuzzy_volume, counted(report.fuzzy_cells, "[is|are] left out"), dashes_));
   }
 
+  /// A group of what has a colour needs parts that have one.
+  [[nodiscard]] std::string about_colours(const std::string& group) const {
+    const bool asks = std::ranges::any_of(options_.groups, [&](const std::string& text) {
+      return text.starts_with(group) && text.find("colour==") != std::string::npos;
+    });
+    return asks && part_colours().empty()
+               ? "; no part has a colour: " + dashes_ + "parts colour makes parts by it"
+               : "";
+  }
+
   [[nodiscard]] std::map<std::int32_t, meshing::Rgba> part_colours() const {
     std::map<std::int32_t, meshing::Rgba> colours;
     for (const supersteps::NamedPart& part : result_.report.named_parts)
@@ -232,7 +245,7 @@ class SolverMeshMaker {
       const bool is_last = shaped.turned == 0 || options_.clean || !(2 * options.clean <= most_clean_);
       if (is_last) {
         summary_.clean = shaped.clean;
-        tell_what_was_too_little(usual, options.clean, shaped.clean);
+        tell_what_was_too_little(usual, options.clean, shaped);
         return shaped;
       }
       options.clean = summary_.clean *= 2;
@@ -240,15 +253,16 @@ class SolverMeshMaker {
     }
   }
 
-  /// @param rather_than_flat, rather_than_thin what was absorbed instead.
-  void tell_what_was_too_little(double usual, double rather_than_flat, double rather_than_thin) {
+  /// @param rather_than_flat what was absorbed instead.
+  void tell_what_was_too_little(double usual, double rather_than_flat, const meshing::ShapeReport& shaped) {
+    if (!(shaped.clean > usual)) return;
     std::string why = rather_than_flat > usual ? "a tetrahedron stayed flat" : "";
-    if (rather_than_thin > rather_than_flat)
-      why += std::string(why.empty() ? "" : ", or ") + "tetrahedra had an angle below 1 degree";
-    if (!why.empty())
-      made_.notes.push_back(
-          fmt::format("what is smaller than {:.3g} is absorbed, {:.0f} times as much as usual: with less {}",
-                      rather_than_thin, rather_than_thin / usual, why));
+    if (shaped.thin_spared > 0)
+      why += (why.empty() ? "" : ", and ") +
+             counted(shaped.thin_spared, "# tetrahedr[on|a] more had an angle below 1 degree");
+    made_.notes.push_back(
+        fmt::format("what is smaller than {:.3g} is absorbed, {:.0f} times as much as usual: with less {}",
+                    shaped.clean, shaped.clean / usual, why));
   }
 
   void make_tetrahedra(const Complex& complex) {
@@ -285,14 +299,16 @@ class SolverMeshMaker {
     summary_.bent_edges = shaped.bent_edges;
     summary_.largest_move = shaped.largest_move;
     summary_.taken_away = shaped.taken_away;
-    tell_what_moved(shaped, total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before);
+    tell_what_moved(shaped, before, total(meshing::volumes_of(mesh_.tetrahedra, 0)));
     name_faces();
     options_.dual ? make_dual() : tell_quality();
     tell_details(shaped);
     summary_.seconds_of_shape = seconds_since(start);
   }
 
-  void tell_what_moved(const meshing::ShapeReport& shaped, double volume) {
+  /// @param before the volume then.
+  void tell_what_moved(const meshing::ShapeReport& shaped, double before, double now) {
+    constexpr double much = 0.01;
     std::string absorbed;
     const auto add = [&](const std::string& what) { absorbed += (absorbed.empty() ? "" : ", ") + what; };
     if (shaped.moved_points > 0)
@@ -301,15 +317,19 @@ class SolverMeshMaker {
       add(counted(shaped.bent_edges, "# edge[s] [was|were] bent to lead through a corner"));
     if (shaped.taken_away > 0) add(counted(shaped.taken_away, "# flat tetrahedr[on was|a were] taken away"));
     if (shaped.largest_move > 0)
-      absorbed += fmt::format(", by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}",
-                              shaped.largest_move, dashes_, shaped.clean);
+      absorbed +=
+          fmt::format(", by {:.3g} at most, to absorb what is smaller than {:.3g} ({}clean{})",
+                      shaped.largest_move, shaped.clean, dashes_, options_.clean ? "" : " by default");
     std::string placed;
     if (shaped.placed > 0)
       placed = fmt::format("{} put on the true surface of what is round, by {:.3g} at most",
                            counted(shaped.placed, "# point[ was|s were]"), shaped.largest_placing);
-    if (const std::string text = absorbed + (absorbed.empty() || placed.empty() ? "" : ", and ") + placed;
-        !text.empty())
-      made_.notes.push_back(text + fmt::format("; the volume changed by {:.3g}", volume));
+    const std::string text = absorbed + (absorbed.empty() || placed.empty() ? "" : ", and ") + placed;
+    if (text.empty()) return;
+    const double change = before > 0 ? (now - before) / before : 0;
+    (shaped.placed == 0 && std::abs(change) > much ? made_.warnings : made_.notes)
+        .push_back(text +
+                   fmt::format("; the volume changed by {:.3g} ({:.2g} %)", now - before, 100 * change));
   }
 
   /// What was too much to be meshed finely, where that has left thin tetrahedra.

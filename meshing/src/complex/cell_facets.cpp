@@ -55,7 +55,7 @@ void FacetLoader::load(std::span<const std::shared_ptr<const CellBatch>> batches
   result_.cell_points.reserve(points);
   result_.facets.reserve(facets + 1);
   result_.corners.reserve(corners);
-  points_.reserve(points / 2);  // most corners are of several cells
+  points_.reserve(points / 4);  // a corner is one of several cells
   for (const auto& batch : batches)
     for (std::uint32_t cell = 0; cell < batch->size(); ++cell)
       if (batch->label[cell] == geometry::Label::in) {

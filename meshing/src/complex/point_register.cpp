@@ -18,7 +18,7 @@ std::size_t PointRegister::place_of(const std::array<HyperplaneId, 3>& ids) cons
 }
 
 void PointRegister::reserve(std::size_t names) {
-  if (const std::size_t places = std::bit_ceil(2 * names); places > known_.size()) grow(places);
+  if (const std::size_t places = std::bit_ceil(2 * names); names > 0 && places > known_.size()) grow(places);
 }
 
 void PointRegister::grow(std::size_t places) {

@@ -160,13 +160,14 @@ class Editor {
     std::vector<std::uint32_t> tetrahedra;
     double depth;
     std::optional<Point> way;
+    std::int32_t side;  ///< of what faces out then and did not before
   };
   /// A tetrahedron, or a plate of several flat ones where that alone would move the surface by more than
   /// `most`. Nothing if it has no outer faces. Of what stands out of the solid as a fin both sides move to
   /// each other, and are gone.
   [[nodiscard]] std::optional<Peel> look_at_peel(std::uint32_t t, double most) const;
-  /// Takes away tetrahedra of which some have outer faces.
-  bool peel(std::span<const std::uint32_t> tetrahedra);
+  /// Takes these away.
+  bool peel(const Peel& peel);
 
  private:
   /// The tetrahedra around an edge, and what is on it.
@@ -201,8 +202,7 @@ class Editor {
   struct OuterFaces {
     double outer = 0, other = 0;
     std::size_t count = 0;      // of outer ones
-    double largest = 0;         // of the outer ones
-    std::int32_t side = inner;  // its side
+    std::int32_t side = inner;  // of the largest outer one
     Across edges{};             // if there are two: what they have in common, and what the others have
   };
   /// A face of a tetrahedron before or after a change.
@@ -279,7 +279,10 @@ class Editor {
   [[nodiscard]] std::optional<Peel> peel_alone(std::uint32_t t) const;
   [[nodiscard]] std::optional<Peel> plate_around(std::uint32_t t, double most) const;
   [[nodiscard]] std::optional<Peel> plate_towards(const Point& normal, std::uint32_t t, double most) const;
-  [[nodiscard]] bool is_narrower(const std::array<std::uint32_t, 3>& face, double height) const;
+  [[nodiscard]] std::vector<std::pair<int, double>> faces_towards(const Point& normal, std::uint32_t t,
+                                                                  double width) const;
+  [[nodiscard]] Point largest_normal(std::uint32_t t) const;
+  bool peel(std::uint32_t t);
   [[nodiscard]] std::optional<Point> way_inwards(std::uint32_t t) const;
   void set_side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t side);
 };

@@ -125,7 +125,7 @@ bool Editor::divide_face(std::uint32_t t, double least) {
   points_[m] = from;
   if (!is_good) return false;
   move(m, to);
-  if (peel({&t, 1})) return true;
+  if (peel(t)) return true;
   move(m, from);
   return false;
 }

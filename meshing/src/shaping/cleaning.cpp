@@ -160,12 +160,13 @@ bool Cleaner::cross_edges(std::uint32_t t) {
 }
 
 bool Cleaner::peel(std::uint32_t t) {
-  const double most = most_at(editor_.middle(t));
+  double most = most_at(editor_.middle(t));
   const auto how = editor_.look_at_peel(t, most);
   if (!how) return false;
   std::vector<std::uint32_t> points;
   std::vector<Pair> edges;
   for (const std::uint32_t own : how->tetrahedra) {
+    most = std::min(most, most_at(editor_.middle(own)));
     std::ranges::copy(editor_.at(own).point, std::back_inserter(points));
     std::ranges::copy(editor_.at(own).edges(), std::back_inserter(edges));
   }
@@ -178,7 +179,7 @@ bool Cleaner::peel(std::uint32_t t) {
   };
   for (const std::uint32_t p : points) add(moves_.since_at(p), editor_.point(p));
   for (const auto& [u, v] : edges) add(moves_.bent_along(u, v), between(editor_.point(u), editor_.point(v)));
-  if (!is_left(moved, how->depth, most) || !editor_.peel(how->tetrahedra)) return false;
+  if (!is_left(moved, how->depth, most) || !editor_.peel(*how)) return false;
   tell_move(moved);
   for (const std::uint32_t p : points) moves_.lead_through(p, since);
   for (const auto& [u, v] : edges) moves_.bend(u, v, since);

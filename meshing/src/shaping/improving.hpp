@@ -24,6 +24,10 @@ class Improver {
   /// Those that are worse than `below`. @return how often one was made better.
   std::uint64_t improve(double below, bool with_new_points);
   bool improve_one(std::uint32_t t, bool with_new_points);
+  /// By tetrahedron: when it was tried in vain, and whether with new points.
+  using Tried = std::vector<std::pair<std::uint64_t, bool>>;
+  [[nodiscard]] const Tried& tried() const { return tried_; }
+  void take_back(Tried tried) { tried_ = std::move(tried); }
   /// What has been tried in vain is tried once more.
   void forget() { tried_.clear(); }
   /// Tetrahedra none of whose points is one of these were tried in vain.
@@ -32,7 +36,7 @@ class Improver {
  private:
   Editor& editor_;
   const WantedLengths& wanted_;
-  std::vector<std::pair<std::uint64_t, bool>> tried_;  // by tetrahedron: when it was tried in vain, and how
+  Tried tried_;
 
   bool is_settled(std::uint32_t t, bool with_new_points);
   bool insert_near(std::uint32_t t);

@@ -149,36 +149,68 @@ class Shaping {
 
   /// Where thin tetrahedra are left, and nobody says how much may move, that may be more, if it helps.
   void absorb_more() {
-    if (!(options_.clean > 0) || !options_.clean_by_place.is_empty()) return;
-    std::uint64_t left = thin_by_themselves();
-    for (double most = 2 * options_.clean; left > 0 && most <= options_.most_clean; most *= 2) {
+    if (!(options_.clean > 0) || !options_.clean_by_place.is_empty() || cleaner_.turned() > 0) return;
+    const Thin before = look_for_thin();
+    std::uint64_t left = before.count;
+    int in_vain = 0;
+    for (double most = 2 * options_.clean; left > 0 && in_vain < 2 && most <= options_.most_clean;
+         most *= 2) {
       State as_it_was = state();
       cleaner_.allow(most);
       cleaner_.remember_moves();
       clean_and_finish();
-      const std::uint64_t now = thin_by_themselves();
-      if (now >= left) {
+      const Thin now = look_for_thin();
+      if (now.count >= left || !keeps_volumes(before.volumes, now.volumes)) {
         go_back(std::move(as_it_was));
+        ++in_vain;
         continue;
       }
-      left = now;
+      in_vain = 0;
+      left = now.count;
       report_.clean = most;
+      report_.thin_spared = before.count - now.count;
     }
+  }
+
+  /// How many have an angle below 1 degree that the solid does not have, and the volumes of parts.
+  struct Thin {
+    std::uint64_t count = 0;
+    std::vector<double> volumes;
+  };
+  [[nodiscard]] Thin look_for_thin() const {
+    std::vector<std::uint32_t> map;
+    const Tetrahedra mesh = editor_.result(map);
+    const Quality quality = quality_of(mesh);
+    const std::int32_t last = mesh.part.empty() ? -1 : *std::ranges::max_element(mesh.part);
+    return {quality.tetrahedra_below[0] - quality.of_solid[0],
+            volumes_of(mesh, static_cast<std::size_t>(std::max(last + 1, 0)))};
+  }
+
+  /// Of a foil much is as thin as what is moved: it is not what may go to make others better.
+  static bool keeps_volumes(const std::vector<double>& before, const std::vector<double>& now) {
+    constexpr double share = 1e-3;
+    return before.size() == now.size() &&
+           std::ranges::equal(before, now, [](double a, double b) { return std::abs(a - b) <= share * a; });
   }
 
   /// What steps that may not help can be taken back to.
   struct State {
     Editor editor;
+    WantedLengths wanted;
     Moves moves;
+    Improver::Tried tried;
     ShapeReport report;
   };
-  [[nodiscard]] State state() const { return {editor_, cleaner_.moves(), report_}; }
+  [[nodiscard]] State state() const {
+    return {editor_, wanted_, cleaner_.moves(), improver_.tried(), report_};
+  }
   void go_back(State state) {
     editor_ = std::move(state.editor);
+    wanted_ = std::move(state.wanted);
     cleaner_.take_back(std::move(state.moves));
     cleaner_.allow(state.report.clean);
+    improver_.take_back(std::move(state.tried));
     report_ = state.report;
-    improver_.forget();
   }
 
   void refine_well() {
@@ -216,13 +248,6 @@ class Shaping {
   }
 
   [[nodiscard]] std::uint64_t thin() const { return below(very_thin); }
-  /// Without those that are so since the solid is.
-  [[nodiscard]] std::uint64_t thin_by_themselves() const {
-    if (thin() == 0) return 0;
-    std::vector<std::uint32_t> map;
-    const Quality quality = quality_of(editor_.result(map));
-    return quality.tetrahedra_below[0] - quality.of_solid[0];
-  }
   [[nodiscard]] double share_below(double shape) const {
     return static_cast<double>(below(shape)) / static_cast<double>(std::max<std::size_t>(editor_.count(), 1));
   }

@@ -57,36 +57,37 @@ void WantedLengths::add_between(std::uint32_t u, std::uint32_t v, std::uint32_t 
 std::map<std::int32_t, double> WantedLengths::tetrahedra_by_part() const {
   constexpr double volume_of_regular = 0.118;  // by the cube of its edges
   std::map<std::int32_t, double> counts;
-  for (std::uint32_t t = 0; t < editor_.size(); ++t) {
-    if (editor_.at(t).is_gone()) continue;
-    const double size = size_in(editor_.at(t).part);
-    counts[editor_.at(t).part] += editor_.volume(t) / (volume_of_regular * size * size * size);
+  for (std::uint32_t t = 0; t < editor_->size(); ++t) {
+    if (editor_->at(t).is_gone()) continue;
+    const double size = size_in(editor_->at(t).part);
+    counts[editor_->at(t).part] += editor_->volume(t) / (volume_of_regular * size * size * size);
   }
   return counts;
 }
 
 double WantedLengths::size_in(std::int32_t part) const {
   const auto number = static_cast<std::size_t>(part);
-  const bool is_own = part >= 0 && number < options_.size_of_part.size() && options_.size_of_part[number] > 0;
-  return is_own ? options_.size_of_part[number] : options_.size;
+  const bool is_own =
+      part >= 0 && number < options_->size_of_part.size() && options_->size_of_part[number] > 0;
+  return is_own ? options_->size_of_part[number] : options_->size;
 }
 
 double WantedLengths::size_at(std::uint32_t p) const {
   double size = infinity;
-  for (const std::uint32_t t : editor_.star(p)) size = std::min(size, size_in(editor_.at(t).part));
-  return options_.field.is_empty() ? size : std::min(size, options_.field.at(editor_.point(p)));
+  for (const std::uint32_t t : editor_->star(p)) size = std::min(size, size_in(editor_->at(t).part));
+  return options_->field.is_empty() ? size : std::min(size, options_->field.at(editor_->point(p)));
 }
 
 bool WantedLengths::is_at_several_parts(std::uint32_t p) const {
-  const auto star = editor_.star(p);
+  const auto star = editor_->star(p);
   return std::ranges::any_of(
-      star, [&](std::uint32_t t) { return editor_.at(t).part != editor_.at(star.front()).part; });
+      star, [&](std::uint32_t t) { return editor_->at(t).part != editor_->at(star.front()).part; });
 }
 
 void WantedLengths::find(bool with_details, bool from_seams) {
-  wanted_.assign(editor_.point_count(), infinity);
-  for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
-    if (editor_.star(p).empty() || (from_seams && !is_at_several_parts(p))) continue;
+  wanted_.assign(editor_->point_count(), infinity);
+  for (std::uint32_t p = 0; p < editor_->point_count(); ++p) {
+    if (editor_->star(p).empty() || (from_seams && !is_at_several_parts(p))) continue;
     Interruption::check();
     wanted_[p] = size_at(p);
   }
@@ -99,10 +100,10 @@ void WantedLengths::find(bool with_details, bool from_seams) {
     find_short_edges();
     find_strips_and_walls();
   }
-  for (const Piece::Shared& shared : shared_)
+  for (const Piece::Shared& shared : *shared_)
     wanted_[shared.point] = std::min(wanted_[shared.point], shared.wanted);
   std::vector<std::pair<double, std::uint32_t>> known;
-  for (std::uint32_t p = 0; p < editor_.point_count(); ++p)
+  for (std::uint32_t p = 0; p < editor_->point_count(); ++p)
     if (wanted_[p] < infinity) known.emplace_back(wanted_[p], p);
   grow(std::move(known));
 }
@@ -122,7 +123,7 @@ bool WantedLengths::may_be_finer() const {
 
 bool WantedLengths::may_grow_faster() const {
   const auto is_left = [](const Details& details) { return details.is_cut && details.least > finest; };
-  return growth_ < options_.steepest_growth && !has_grown_faster_ && (is_left(along_) || is_left(short_));
+  return growth_ < options_->steepest_growth && !has_grown_faster_ && (is_left(along_) || is_left(short_));
 }
 
 void WantedLengths::find_finer() {
@@ -138,12 +139,12 @@ void WantedLengths::find_finer() {
   if (!along_.is_cut && !short_.is_cut && !urgent_.is_cut) too_many_ = 0;
   if (!may_grow_faster()) return;
   has_grown_faster_ = true;
-  growth_ = options_.steepest_growth;
+  growth_ = options_->steepest_growth;
   along_.step = short_.step = std::sqrt(largest_step);
   if (find_finer_that_fit()) {
     too_many_ = 0;
   } else {
-    growth_ = options_.growth;
+    growth_ = options_->growth;
     find(true);
   }
 }
@@ -183,21 +184,21 @@ bool WantedLengths::begin_again_with_cleaned() {
   constexpr double share = 0.1;  // of what may be added: without limit such strips would take all of it
   if (too_many_ > 0 || !along_.leaves_out_cleaned) return false;
   find(true);
-  most_ = std::min(most_, expected() - without_details_ + share * options_.most);
+  most_ = std::min(most_, expected() - without_details_ + share * options_->most);
   along_.leaves_out_cleaned = false;
   for (Details* details : {&along_, &short_, &urgent_}) details->begin();
   return true;
 }
 
 void WantedLengths::hurry(std::uint32_t p) {
-  if (p >= is_urgent_.size()) is_urgent_.resize(editor_.point_count());
+  if (p >= is_urgent_.size()) is_urgent_.resize(editor_->point_count());
   is_urgent_[p] = true;
 }
 
 bool WantedLengths::find_urgent(std::span<const std::uint32_t> points) {
   along_.step = short_.step = 1;  // the others stay as they are
   find(true);
-  most_ = std::max(most_, expected() - without_details_) + options_.most;
+  most_ = std::max(most_, expected() - without_details_) + options_->most;
   for (const std::uint32_t p : points) hurry(p);
   urgent_.least = std::max(along_.least, short_.least);
   urgent_.step = largest_step;
@@ -217,7 +218,7 @@ bool WantedLengths::find_finer_urgent() {
 }
 
 void WantedLengths::renumber(const std::vector<std::uint32_t>& map) {
-  std::vector<bool> before(editor_.point_count());
+  std::vector<bool> before(editor_->point_count());
   before.swap(is_urgent_);
   for (std::uint32_t p = 0; p < std::min(before.size(), map.size()); ++p)
     if (before[p] && map[p] != Editor::none) is_urgent_[map[p]] = true;
@@ -250,10 +251,10 @@ double WantedLengths::expected() const {
   constexpr double volume =
       0.05;  // of those that come of it, on the average, by the cube of the wanted length
   double count = 0;
-  for (std::uint32_t t = 0; t < editor_.size(); ++t) {
-    if (editor_.at(t).is_gone()) continue;
-    const auto& p = editor_.at(t).point;
-    count += editor_.volume(t) / volume *
+  for (std::uint32_t t = 0; t < editor_->size(); ++t) {
+    if (editor_->at(t).is_gone()) continue;
+    const auto& p = editor_->at(t).point;
+    count += editor_->volume(t) / volume *
              mean_of_inverse_cubes({wanted_[p[0]], wanted_[p[1]], wanted_[p[2]], wanted_[p[3]]});
   }
   return count;
@@ -261,16 +262,16 @@ double WantedLengths::expected() const {
 
 /// A tetrahedron that stands with one face on a side and with its top on another.
 void WantedLengths::find_wall(std::uint32_t t, std::size_t top) {
-  const auto& p = editor_.at(t).point;
+  const auto& p = editor_->at(t).point;
   const std::uint32_t m = p[top];
-  if (editor_.kind(m) == Editor::inside) return;
+  if (editor_->kind(m) == Editor::inside) return;
   const std::array<std::uint32_t, 3> face{p[(top + 1) % 4], p[(top + 2) % 4], p[(top + 3) % 4]};
-  const Point n = geometry::cross(geometry::minus(editor_.point(face[1]), editor_.point(face[0])),
-                                  geometry::minus(editor_.point(face[2]), editor_.point(face[0])));
-  const double thickness = 6 * editor_.volume(t) / std::sqrt(geometry::dot(n, n));
+  const Point n = geometry::cross(geometry::minus(editor_->point(face[1]), editor_->point(face[0])),
+                                  geometry::minus(editor_->point(face[2]), editor_->point(face[0])));
+  const double thickness = 6 * editor_->volume(t) / std::sqrt(geometry::dot(n, n));
   if (!(of_walls * thickness < wanted_[m])) return;
   // Sides that meet are an edge of the solid, which has its angle.
-  if (std::ranges::any_of(face, [&](std::uint32_t q) { return editor_.is_on_surface(m, q); })) return;
+  if (std::ranges::any_of(face, [&](std::uint32_t q) { return editor_->is_on_surface(m, q); })) return;
   for (const std::uint32_t q : p) want_detail(q, thickness, of_walls, along_);
 }
 
@@ -278,7 +279,7 @@ void WantedLengths::find_wall(std::uint32_t t, std::size_t top) {
 /// where no moves are left for them, good ones would take too many tetrahedra.
 void WantedLengths::want_detail(std::uint32_t p, double thickness, double times, Details& details) {
   const double length = times * thickness;
-  if ((details.leaves_out_cleaned && thickness < options_.clean) ||
+  if ((details.leaves_out_cleaned && thickness < options_->clean) ||
       !(wanted_[p] < infinity && length < wanted_[p]))
     return;
   Details& own = is_urgent(p) && urgent_.least < details.least ? urgent_ : details;
@@ -288,22 +289,22 @@ void WantedLengths::want_detail(std::uint32_t p, double thickness, double times,
 }
 
 void WantedLengths::find_short_edges() {
-  for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
-    if (editor_.kind(p) != Editor::corner || wanted_[p] == infinity) continue;
+  for (std::uint32_t p = 0; p < editor_->point_count(); ++p) {
+    if (editor_->kind(p) != Editor::corner || wanted_[p] == infinity) continue;
     Interruption::check();
-    for (const std::uint32_t q : editor_.neighbours(p))
-      if (editor_.kind(q) == Editor::corner) want_detail(p, editor_.length(p, q), of_details, short_);
+    for (const std::uint32_t q : editor_->neighbours(p))
+      if (editor_->kind(q) == Editor::corner) want_detail(p, editor_->length(p, q), of_details, short_);
   }
 }
 
 /// Where two edges of the solid run along each other on one side of it, or two sides.
 void WantedLengths::find_strips_and_walls() {
-  for (std::uint32_t t = 0; t < editor_.size(); ++t) {
-    if (editor_.at(t).is_gone()) continue;
+  for (std::uint32_t t = 0; t < editor_->size(); ++t) {
+    if (editor_->at(t).is_gone()) continue;
     Interruption::check();
-    const auto& p = editor_.at(t).point;
+    const auto& p = editor_->at(t).point;
     for (std::size_t k = 0; k < 4; ++k)
-      if (editor_.at(t).side[k] != Editor::inner) {
+      if (editor_->at(t).side[k] != Editor::inner) {
         find_wall(t, k);
         for (std::size_t i = 1; i < 4; ++i)
           find_strip(p[(k + i) % 4], p[(k + i % 3 + 1) % 4], p[(k + (i + 1) % 3 + 1) % 4]);
@@ -312,12 +313,12 @@ void WantedLengths::find_strips_and_walls() {
 }
 
 void WantedLengths::find_strip(std::uint32_t m, std::uint32_t u, std::uint32_t v) {
-  if (editor_.kind(m) > Editor::on_edge) return;
-  const auto distance = editor_.distance_from_edge(m, u, v);
-  if (!distance || of_wedges * std::sin(sharp) * *distance >= wanted_[m] || !editor_.is_sharp(u, v)) return;
+  if (editor_->kind(m) > Editor::on_edge) return;
+  const auto distance = editor_->distance_from_edge(m, u, v);
+  if (!distance || of_wedges * std::sin(sharp) * *distance >= wanted_[m] || !editor_->is_sharp(u, v)) return;
   // Two edges that meet are a corner of the solid, which has its angle.
-  if (editor_.is_sharp(m, u) || editor_.is_sharp(m, v)) return;
-  const double wedge = editor_.smallest_wedge(u, v);
+  if (editor_->is_sharp(m, u) || editor_->is_sharp(m, v)) return;
+  const double wedge = editor_->smallest_wedge(u, v);
   const bool is_wedge = sharp < wedge && wedge < blunt;
   want_detail(m, *distance, is_wedge ? of_wedges * std::sin(wedge) : of_details, along_);
 }
@@ -332,9 +333,9 @@ void WantedLengths::grow(std::vector<std::pair<double, std::uint32_t>> known) {
     const auto [length, p] = open.top();
     open.pop();
     if (length > wanted_[p]) continue;
-    editor_.find_neighbours(p, around);
+    editor_->find_neighbours(p, around);
     for (const std::uint32_t q : around) {
-      const double through = length + growth_ * editor_.length(p, q);
+      const double through = length + growth_ * editor_->length(p, q);
       if (through >= wanted_[q]) continue;
       wanted_[q] = through;
       open.emplace(through, q);

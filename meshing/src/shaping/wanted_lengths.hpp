@@ -16,7 +16,7 @@ class WantedLengths {
  public:
   /// @param shared points at which the length is given. All must outlive it, and may change: see `find`.
   WantedLengths(const Editor& editor, const ShapeOptions& options, const std::vector<Piece::Shared>& shared)
-      : editor_(editor), options_(options), shared_(shared) {}
+      : editor_(&editor), options_(&options), shared_(&shared) {}
 
   /// As the user wants it, but where the solid has details that are finer: there short edges go over to long
   /// ones. @param from_seams only points at several parts want anything, the others what is fine beside them.
@@ -49,9 +49,9 @@ class WantedLengths {
   [[nodiscard]] std::map<std::int32_t, double> tetrahedra_by_part() const;
 
  private:
-  const Editor& editor_;
-  const ShapeOptions& options_;
-  const std::vector<Piece::Shared>& shared_;
+  const Editor* editor_;
+  const ShapeOptions* options_;
+  const std::vector<Piece::Shared>* shared_;
   std::vector<double> wanted_;
   /// Details of one kind: those along strips and walls take tetrahedra by their length, short edges a few
   /// each.
@@ -67,9 +67,9 @@ class WantedLengths {
   Details along_{.leaves_out_cleaned = true}, short_;
   double too_many_ = 0;
   double without_details_ = 0;  ///< tetrahedra that are to be expected
-  double growth_ = options_.growth;
+  double growth_ = options_->growth;
   bool has_grown_faster_ = false;          ///< or that was tried in vain
-  double most_ = options_.most;            ///< of them that may be added
+  double most_ = options_->most;           ///< of them that may be added
   std::vector<bool> is_urgent_;            ///< by point
   Details urgent_{.least = 1, .step = 1};  ///< at these, if they are finer
 

@@ -39,8 +39,9 @@ struct Tetrahedra {
 /// How a mesh is made of good shape. Lengths in model units.
 struct ShapeOptions {
   double clean = 0;  ///< what is shorter is absorbed by moves of at most this in all; 0: nothing
-  /// Where an angle below 1 degree is left that the solid does not have, up to so much is absorbed instead,
-  /// as far as that helps; unless this is more than `clean`, and `size` above 0: no more than that.
+  /// If that is more than `clean`, and `size` above 0: up to so much is absorbed where angles below 1 degree
+  /// are left that the solid does not have, as far as that leaves fewer of them and a thousandth of no part
+  /// is lost; not with `clean_by_place`.
   double most_clean = 0;
   SizeField clean_by_place;  ///< where it is not empty: of the nearest place, if that is less than `clean`
   double size = 0;           ///< wanted length of edges; 0: the cells' own tetrahedra stay, but for `clean`
@@ -66,8 +67,10 @@ struct ShapeReport {
   std::uint64_t turned_at_first = 0;  ///< that rounding had made flat or turned over
   std::uint64_t turned = 0;           ///< that are so still: above 0 the mesh is of no use
   double clean = 0;                   ///< what is shorter than that was absorbed
-  std::uint64_t moved_points = 0;     ///< corners of the solid that were moved
-  std::uint64_t bent_edges = 0;       ///< edges of the surface that lead through a point that they passed by
+  std::uint64_t thin_spared =
+      0;  ///< so many angles below 1 degree less are left since that is more than asked
+  std::uint64_t moved_points = 0;  ///< corners of the solid that were moved
+  std::uint64_t bent_edges = 0;    ///< edges of the surface that lead through a point that they passed by
   double largest_move = 0;
   std::uint64_t taken_away = 0;  ///< flat ones, and outer ones that are thinner than is cleaned
   double detail = 0;             ///< as fine as this share of the wanted length details are refined for
