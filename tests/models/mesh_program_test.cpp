@@ -149,6 +149,29 @@ TEST_F(MeshProgram, GroupsAreHalfSpacesColoursAndSmoothPieces) {
   }
 }
 
+TEST_F(MeshProgram, NamesThatSolversTakeForOneStayTwo) {
+  const Ended ended = run("a.inp", "--size 1 --group 'a b=x==min' --group 'a_b=x==max' --group 'A b=y==min'");
+  ASSERT_EQ(ended.code, 0) << ended.text;
+  const std::string inp = content_of(folder_.path() / "a.inp");
+  for (const char* name : {"a_b", "A_b_2", "a_b_3"}) {
+    const std::string line = "*NSET, NSET=" + std::string(name) + "\n";
+    EXPECT_NE(inp.find(line), std::string::npos) << name;
+    EXPECT_EQ(inp.find(line), inp.rfind(line)) << name;
+  }
+}
+
+TEST_F(MeshProgram, WhatCleaningTakesAwayIsToldAndWarnedOf) {
+  std::ofstream(model_)
+      << "cube([2, 2, 1]); multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,1],[0,0,0,1]]) cube([1, 2, 0.4]);\n";
+  const Ended some = run("a.msh", "--size 1 --clean 0.001");
+  ASSERT_EQ(some.code, 0) << some.text;
+  EXPECT_EQ(some.text.find("warning"), std::string::npos) << some.text;
+  const Ended much = run("a.msh", "--size 1 --clean 0.9");
+  ASSERT_EQ(much.code, 0) << much.text;
+  EXPECT_NE(much.text.find("warning"), std::string::npos) << much.text;
+  EXPECT_NE(much.text.find(" %)"), std::string::npos) << much.text;
+}
+
 TEST_F(MeshProgram, OpenFoamCasesHavePatchesAndZones) {
   const Ended ended = run("case");
   ASSERT_EQ(ended.code, 0) << ended.text;
@@ -224,7 +247,7 @@ TEST_F(MeshProgram, MistakesAreToldInOneMessage) {
        {"a.inp", "--type polyhedra", "hold polyhedra"},
        {"case", "--element-order 2", "--element-order 2"},
        {"a.msh", "--part-size c=1", "has no part 'c'"},
-       {"a.msh", "--group q", "NAME=PREDICATE"},
+       {"a.msh", "--group q", "NAME=WHERE"},
        {"a.msh", "--group q=colur==red", "did you mean 'colour'?"}}};
   for (const auto& [file, options, words] : wrong) {
     const Ended ended = run(file, options);

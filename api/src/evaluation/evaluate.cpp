@@ -12,6 +12,7 @@
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/sheet.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
+#include "bsp2/io/outputs/solver_mesh.hpp"
 #include "evaluation/patience.hpp"
 #include "evaluation/result.hpp"
 #include "evaluation/told.hpp"
@@ -63,14 +64,19 @@ void gather_contacts(supersteps::Ranks& ranks, supersteps::RunResult& result) {
 /// Evaluates and writes. Collective, within Ranks::together.
 supersteps::RunResult work(const supersteps::RunOptions& run, const Options& options,
                            Ranks::Implementation& ranks, Told& told, api::Written& written) {
-  const api::Writing writing{
-      .files = options.outputs,
-      .run = run,
-      .stops_gently = options.stop_gently,
-      .cells_go = options.outputs_only,
-      .dashes = options.dashes,
-      .on_writing = [&told](const auto& file) { told.begin("writing " + file.filename().string()); },
-      .on_picture = [&told](double done) { told.show(done, 0); }};
+  const api::Writing writing{.files = options.outputs,
+                             .run = run,
+                             .stops_gently = options.stop_gently,
+                             .cells_go = options.outputs_only,
+                             .dashes = options.dashes,
+                             .on_writing =
+                                 [&](const auto& file) {
+                                   const bool is_made =
+                                       options.outputs.solver_mesh &&
+                                       io::solver_file(options.outputs.solver_mesh->file) == file;
+                                   told.begin((is_made ? "meshing " : "writing ") + file.filename().string());
+                                 },
+                             .on_picture = [&told](double done) { told.show(done, 0); }};
   return api::write_run(writing, ranks.ranks, ranks.engine, written);
 }
 

@@ -162,7 +162,7 @@ GroupRule parse_group(const std::string& text) {
   if (equal != std::string::npos) rule.name = text.substr(0, equal);
   while (rule.name.ends_with(' ')) rule.name.pop_back();
   if (rule.name.empty())
-    throw Error("--group: '" + text + "' must be NAME=PREDICATE, for example left=x==min");
+    throw Error("--group: '" + text + "' must be NAME=WHERE, for example left=x==min");
   PredicateReader(text, equal + 1, rule).read();
   return rule;
 }

@@ -56,9 +56,9 @@ void write_abaqus(const std::filesystem::path& path, const SolverMesh& mesh) {
   text << "*NODE, NSET=all\n";
   std::size_t number = 0;
   for (const auto& [x, y, z] : mesh.points()) text << ++number << ", " << x << ", " << y << ", " << z << '\n';
+  const std::vector<std::string> volumes = plain_names(mesh.volumes), groups = plain_names(mesh.groups);
   for (std::size_t volume = 0; volume < mesh.volumes.size(); ++volume) {
-    text << "*ELEMENT, TYPE=" << (is_second ? "C3D10" : "C3D4")
-         << ", ELSET=" << plain_name(mesh.volumes[volume]) << '\n';
+    text << "*ELEMENT, TYPE=" << (is_second ? "C3D10" : "C3D4") << ", ELSET=" << volumes[volume] << '\n';
     for (std::size_t i = 0; i < tetrahedra.size(); ++i) {
       if (mesh.volume[i] != static_cast<std::int32_t>(volume)) continue;
       text << i + 1;
@@ -70,7 +70,7 @@ void write_abaqus(const std::filesystem::path& path, const SolverMesh& mesh) {
   }
   const auto faces = faces_of(mesh);
   for (std::size_t g = 0; g < mesh.groups.size(); ++g) {
-    const std::string name = plain_name(mesh.groups[g]);
+    const std::string& name = groups[g];
     std::vector<std::uint32_t> nodes;
     text << "*SURFACE, NAME=" << name << ", TYPE=ELEMENT\n";
     for (std::size_t i = 0; i < mesh.group_of_triangle.size(); ++i) {

@@ -54,6 +54,8 @@ class FoamWriter {
  private:
   const fs::path marker_, folder_;
   const SolverMesh& mesh_;
+  const std::vector<std::string> group_names_ = plain_names(mesh_.groups),
+                                 volume_names_ = plain_names(mesh_.volumes);
   const Complex& complex_;
   const std::vector<std::int32_t>& group_;
   std::vector<std::uint32_t> order_;  // of faces in the files
@@ -139,8 +141,7 @@ class FoamWriter {
     text << std::count(mesh_.is_interface.begin(), mesh_.is_interface.end(), false) << "\n(\n";
     for (std::size_t g = 0; g < mesh_.groups.size(); ++g)
       if (!mesh_.is_interface[g])
-        text << "    " << plain_name(mesh_.groups[g])
-             << "\n    {\n        type            patch;\n        nFaces"
+        text << "    " << group_names_[g] << "\n    {\n        type            patch;\n        nFaces"
              << "          " << first_[g + 1] - first_[g] << ";\n        startFace       " << first_[g]
              << ";\n    }\n";
     text << ")\n";
@@ -152,7 +153,7 @@ class FoamWriter {
     header(text, "regIOobject", "cellZones");
     text << mesh_.volumes.size() << "\n(\n";
     for (std::size_t zone = 0; zone < mesh_.volumes.size(); ++zone) {
-      text << plain_name(mesh_.volumes[zone]) << "\n{\n    type cellZone;\n    cellLabels List<label>\n"
+      text << volume_names_[zone] << "\n{\n    type cellZone;\n    cellLabels List<label>\n"
            << std::count(mesh_.volume.begin(), mesh_.volume.end(), static_cast<std::int32_t>(zone))
            << "\n(\n";
       for (std::size_t cell = 0; cell < mesh_.volume.size(); ++cell)
@@ -176,7 +177,7 @@ class FoamWriter {
       const auto volume = [&](std::size_t i) {
         return mesh_.volume[static_cast<std::size_t>(complex_.owner[order_[i]])];
       };
-      text << plain_name(mesh_.groups[g]) << "\n{\n    type faceZone;\n    faceLabels List<label>\n"
+      text << group_names_[g] << "\n{\n    type faceZone;\n    faceLabels List<label>\n"
            << faces.size() << "\n(\n";
       for (const std::size_t i : faces) text << i << '\n';
       text << ");\n    flipMap List<bool>\n" << faces.size() << "\n(\n";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/interruption.hpp"
@@ -75,11 +76,24 @@ bool holds_polyhedra(SolverFormat format) {
 }
 bool holds_second_order(SolverFormat format) { return format != SolverFormat::openfoam; }
 
-std::string plain_name(const std::string& name) {
-  std::string plain = name;
-  for (char& c : plain)
-    if (!(c >= '0' && c <= '9') && !(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && c != '-' && c != '.')
-      c = '_';
+std::vector<std::string> plain_names(const std::vector<std::string>& names) {
+  const auto is_between = [](char c, char low, char high) { return low <= c && c <= high; };
+  std::vector<std::string> plain;
+  std::set<std::string> taken;
+  for (std::string name : names) {
+    for (char& c : name)
+      if (!is_between(c, '0', '9') && !is_between(c, 'a', 'z') && !is_between(c, 'A', 'Z') && c != '-' &&
+          c != '.')
+        c = '_';
+    const auto take = [&](std::string text) {
+      for (char& c : text)
+        if (is_between(c, 'A', 'Z')) c = static_cast<char>(c - 'A' + 'a');
+      return taken.insert(std::move(text)).second;
+    };
+    std::string own = name;
+    for (int number = 2; !take(own); ++number) own = name + "_" + std::to_string(number);
+    plain.push_back(std::move(own));
+  }
   return plain;
 }
 

@@ -49,7 +49,11 @@ std::vector<std::string> check_mesh_file(const RunCommand& command, std::ostream
   const MeshCheck checked = check_mesh(path);
   if (!command.quiet) print_mesh_summary(out << path.string() << '\n', checked.figures, command.stats);
   if (const auto& report = command.options.outputs.report) checked.write(*report);
-  if (checked.faults.empty()) return checked.notes;
+  if (checked.faults.empty()) {
+    if (!command.quiet)
+      out << "  valid     all right side out, faces of one or two tetrahedra, groups of such faces\n";
+    return checked.notes;
+  }
   out.flush();
   std::string text;
   for (const std::string& fault : checked.faults) text += (text.empty() ? "" : ", ") + fault;

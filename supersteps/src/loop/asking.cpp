@@ -50,7 +50,8 @@ class AskedRun : public Asked {
                             : meshing::conforming_complex(network_->table, result.mesh.batches, threads_);
     else
       throw Error("meshes for solvers are made of solids of dimension 3, not " + std::to_string(D) +
-                  "; section(), extrude() or project() in the model give one of that dimension");
+                  (D < 3 ? "; linear_extrude() or extrude() in the model makes a solid of a plane shape"
+                         : "; section() or project() in the model gives one of dimension 3"));
   }
 
   [[nodiscard]] std::optional<std::array<double, 3>> on_true_surface(

@@ -1,4 +1,4 @@
-// What `--group NAME=PREDICATE` means, and what is said where it means nothing.
+// What `--group NAME=WHERE` means, and what is said where it means nothing.
 #include "bsp2/api/products/group_rule.hpp"
 
 #include <gtest/gtest.h>
@@ -82,8 +82,8 @@ TEST(GroupRule, ColoursAndAnglesAreRead) {
 
 TEST(GroupRule, MistakesAreToldWithTheirPlace) {
   const std::array<std::array<const char*, 2>, 15> wrong{{
-      {"q", "must be NAME=PREDICATE"},
-      {"=x==min", "must be NAME=PREDICATE"},
+      {"q", "must be NAME=WHERE"},
+      {"=x==min", "must be NAME=WHERE"},
       {"x==min", "character 3: expected x, y, z, colour or angle, found '=min'"},
       {"a=", "character 3: expected x, y, z, colour or angle, found the end"},
       {"a=x=1", "character 4: expected ==, <= or >=, found '=1'"},
