@@ -44,8 +44,8 @@ def solver_mesh(model, size=None, *, part_sizes=None, size_field=None, growth=0.
     size_field: rows of x, y, z and a length, or a file of them (.vtu, .msh, a text): edges are no longer than that of the nearest
     place; without size, as long. Of an expression what is round is refined alike (see `evaluate`).
     growth: by which share of the distance edges may grow from where they are short.
-    clean: what is shorter is absorbed, by moves of at most this; none: a millionth of the smallest part, of what is round its tolerance;
-        up to 16 times that where the mesh would not be valid, or have angles below 1 degree that the solid does not have.
+    clean: what is shorter is absorbed, by moves of at most this; none: a millionth of the smallest part, of what is round its tolerance if that is
+        more; up to 16 millionths where the mesh would not be valid, or have angles below 1 degree that the solid does not have.
     groups: names of faces by where they are: {"inlet": "x==min", "top": "z>=4 & colour==red", "skin": "angle<=30"}.
     polyhedra: the cells as they are, for `save` alone. dual: polyhedra about the points of the tetrahedra, likewise.
     """

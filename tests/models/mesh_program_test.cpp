@@ -172,6 +172,17 @@ TEST_F(MeshProgram, WhatCleaningTakesAwayIsToldAndWarnedOf) {
   EXPECT_NE(much.text.find(" %)"), std::string::npos) << much.text;
 }
 
+TEST_F(MeshProgram, PartsThatAreAbsorbedAreWarnedOf) {
+  std::ofstream(model_) << "part(name=\"block\") cube([10, 10, 10]);\n"
+                           "part(name=\"film\") multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,10],[0,0,0,1]]) "
+                           "cube([0.05, 0.05, 0.00000005]);\n";
+  const Ended ended = run("a.msh", "--size 1000");
+  ASSERT_EQ(ended.code, 0) << ended.text;
+  EXPECT_NE(ended.text.find("warning: part 'film' is not in the mesh"), std::string::npos) << ended.text;
+  EXPECT_EQ(ended.text.find("part 'block'"), std::string::npos) << ended.text;
+  EXPECT_EQ(run("a.msh", "--size 1000 --strict").code, 2);
+}
+
 TEST_F(MeshProgram, OpenFoamCasesHavePatchesAndZones) {
   const Ended ended = run("case");
   ASSERT_EQ(ended.code, 0) << ended.text;

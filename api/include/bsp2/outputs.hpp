@@ -63,9 +63,9 @@ struct SolverMeshOptions {
   /// long. Options::size_field refines what is round alike.
   std::vector<std::array<double, 4>> size_field;
   double growth = 0.6;  ///< by which share of the distance edges may grow from fine to coarse
-  /// What is shorter is absorbed; none: a millionth of the smallest part, of what is round its tolerance;
-  /// and up to 16 times that where the mesh would not be valid, or have angles below 1 degree that the solid
-  /// does not have.
+  /// What is shorter is absorbed; none: a millionth of the smallest part, of what is round its tolerance if
+  /// that is more; and up to 16 millionths where the mesh would not be valid, or have angles below 1 degree
+  /// that the solid does not have.
   std::optional<double> clean;
   std::vector<std::string> groups;  ///< faces by name: "NAME=WHERE", see docs/meshing.md
   bool polyhedra = false;           ///< the cells as they are instead: for files, there are no arrays of them

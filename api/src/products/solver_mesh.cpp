@@ -9,6 +9,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 #include "bsp2/api/products/group_rule.hpp"
@@ -259,9 +260,9 @@ class SolverMeshMaker {
     std::string why = rather_than_flat > usual ? "a tetrahedron stayed flat" : "";
     if (shaped.thin_spared > 0)
       why += (why.empty() ? "" : ", and ") +
-             counted(shaped.thin_spared, "# tetrahedr[on|a] more had an angle below 1 degree");
+             counted(shaped.thin_spared, "# more tetrahedr[on|a] had an angle below 1 degree");
     made_.notes.push_back(
-        fmt::format("what is smaller than {:.3g} is absorbed, {:.0f} times as much as usual: with less {}",
+        fmt::format("what is smaller than {:.3g} is absorbed, {:.0f} times as much as usual: with less, {}",
                     shaped.clean, shaped.clean / usual, why));
   }
 
@@ -294,6 +295,7 @@ class SolverMeshMaker {
     if (mesh_.tetrahedra.tetrahedra.empty())
       throw Error(fmt::format("nothing is left to mesh: all of the solid is smaller than {}clean {:.3g}",
                               dashes_, shaped.clean));
+    tell_what_parts_are_gone(complex, shaped.clean);
     summary_.cells_at_first = shaped.tetrahedra_at_first;
     summary_.moved_points = shaped.moved_points;
     summary_.bent_edges = shaped.bent_edges;
@@ -304,6 +306,17 @@ class SolverMeshMaker {
     options_.dual ? make_dual() : tell_quality();
     tell_details(shaped);
     summary_.seconds_of_shape = seconds_since(start);
+  }
+
+  void tell_what_parts_are_gone(const Complex& complex, double clean) {
+    const std::set<std::int32_t> had(complex.part.begin(), complex.part.end()),
+        has(mesh_.tetrahedra.part.begin(), mesh_.tetrahedra.part.end());
+    for (const std::int32_t part : had)
+      if (part >= 0 && static_cast<std::size_t>(part) < result_.part_names.size() && !has.contains(part))
+        made_.warnings.push_back(fmt::format(
+            "part '{}' is not in the mesh: all of it is thinner than {:.3g}, and absorbed; a smaller "
+            "{}clean keeps what is thicker than that",
+            result_.part_names[static_cast<std::size_t>(part)], clean, dashes_));
   }
 
   /// @param before the volume then.

@@ -88,6 +88,7 @@ Json described(const MeshFigures& summary) {
   mesh["faces"] = summary.faces;
   mesh["outer_faces"] = summary.outer_faces;
   mesh["volume"] = summary.volume;
+  mesh["volumes"] = Json::object();
   for (const auto& [name, volume] : summary.volumes) mesh["volumes"][name] = volume;
   mesh["groups"] = Json::object();
   for (const auto& [name, faces] : summary.groups) mesh["groups"][name] = faces;

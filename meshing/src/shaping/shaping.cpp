@@ -10,6 +10,7 @@
 #include "shaping/improving.hpp"
 #include "shaping/pieces.hpp"
 #include "shaping/sizing.hpp"
+#include "shaping/surface.hpp"
 #include "shaping/wanted_lengths.hpp"
 #include "simplices/shape.hpp"
 
@@ -149,9 +150,11 @@ class Shaping {
 
   /// Where thin tetrahedra are left, and nobody says how much may move, that may be more, if it helps.
   void absorb_more() {
-    if (!(options_.clean > 0) || !options_.clean_by_place.is_empty() || cleaner_.turned() > 0) return;
-    const Thin before = look_for_thin();
-    std::uint64_t left = before.count;
+    if (!(options_.clean > 0) || !options_.clean_by_place.is_empty() || cleaner_.turned() > 0 || thin() == 0)
+      return;
+    const Tetrahedra before = mesh();
+    const std::uint64_t all = thin_by_themselves(before);
+    std::uint64_t left = all;
     int in_vain = 0;
     for (double most = 2 * options_.clean; left > 0 && in_vain < 2 && most <= options_.most_clean;
          most *= 2) {
@@ -159,38 +162,41 @@ class Shaping {
       cleaner_.allow(most);
       cleaner_.remember_moves();
       clean_and_finish();
-      const Thin now = look_for_thin();
-      if (now.count >= left || !keeps_volumes(before.volumes, now.volumes)) {
+      const Tetrahedra now = mesh();
+      const std::uint64_t thin = thin_by_themselves(now);
+      if (thin >= left || !has_all_of(now, before, most + options_.clean)) {
         go_back(std::move(as_it_was));
         ++in_vain;
         continue;
       }
       in_vain = 0;
-      left = now.count;
+      left = thin;
       report_.clean = most;
-      report_.thin_spared = before.count - now.count;
+      report_.thin_spared = all - left;
     }
   }
 
-  /// How many have an angle below 1 degree that the solid does not have, and the volumes of parts.
-  struct Thin {
-    std::uint64_t count = 0;
-    std::vector<double> volumes;
-  };
-  [[nodiscard]] Thin look_for_thin() const {
+  [[nodiscard]] Tetrahedra mesh() const {
     std::vector<std::uint32_t> map;
-    const Tetrahedra mesh = editor_.result(map);
-    const Quality quality = quality_of(mesh);
-    const std::int32_t last = mesh.part.empty() ? -1 : *std::ranges::max_element(mesh.part);
-    return {quality.tetrahedra_below[0] - quality.of_solid[0],
-            volumes_of(mesh, static_cast<std::size_t>(std::max(last + 1, 0)))};
+    return editor_.result(map);
   }
 
-  /// Of a foil much is as thin as what is moved: it is not what may go to make others better.
-  static bool keeps_volumes(const std::vector<double>& before, const std::vector<double>& now) {
+  /// How many have an angle below 1 degree that the solid does not have.
+  static std::uint64_t thin_by_themselves(const Tetrahedra& mesh) {
+    const Quality quality = quality_of(mesh);
+    return quality.tetrahedra_below[0] - quality.of_solid[0];
+  }
+
+  /// Whether no more of the volume of a part is lost than hardly any, and no wall or fin: what moves its two
+  /// sides to each other makes others better as well. Who says how much is absorbed wants that; who does not,
+  /// does not.
+  static bool has_all_of(const Tetrahedra& now, const Tetrahedra& before, double reach) {
     constexpr double share = 1e-3;
-    return before.size() == now.size() &&
-           std::ranges::equal(before, now, [](double a, double b) { return std::abs(a - b) <= share * a; });
+    const std::int32_t last = before.part.empty() ? -1 : *std::ranges::max_element(before.part);
+    const auto parts = static_cast<std::size_t>(last + 1);
+    return std::ranges::equal(volumes_of(before, parts), volumes_of(now, parts),
+                              [](double a, double b) { return std::abs(a - b) <= share * a; }) &&
+           Surface(now).is_near_all_of(before, reach);
   }
 
   /// What steps that may not help can be taken back to.

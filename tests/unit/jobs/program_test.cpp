@@ -136,7 +136,8 @@ TEST(ReportJson, IsDocumentedFieldByField) {
   report.failed = {{"cannot write"}};
   report.overlapping_meshes = {{"a.csg:3:1", "", 2, 8160, 1 / 3.0}};
   std::set<std::string> written;
-  add_paths(nlohmann::json::parse(to_json(report)), "", written);
+  const MeshFigures mesh;
+  add_paths(nlohmann::json::parse(to_json(report, &mesh)), "", written);
   EXPECT_EQ(documented_fields(), written);
 }
 

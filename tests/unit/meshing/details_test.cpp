@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "bsp2/geometry/support/vectors.hpp"
@@ -157,21 +158,34 @@ TEST(Details, ThatLeaveThinOnesAreAbsorbedByLargerMoves) {
   }
 }
 
-/// Of a foil nearly all tetrahedra are thin: it stays, though larger moves would take it away.
-TEST(Details, FoilsStay) {
+/// Of foils, walls and fins nearly all tetrahedra are thin: they stay, though larger moves would take them
+/// away.
+TEST(Details, FoilsWallsAndFinsStay) {
   constexpr double clean = 1e-6;
+  const auto at = [](double x, double y, double z, const model::Expression& e) {
+    return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}, e);
+  };
   const auto foil = model::part("foil", model::cuboid({0.1, 0.07, 5 * clean}, false));
   const auto block = model::part("block", model::cuboid({0.04, 0.03, 0.05}, true));
-  for (const auto& e : {foil, model::unite({block, foil})}) {
+  const auto plate = model::cuboid({1, 1, 0.1}, false);
+  const auto wall = at(0.2, 0.5, 0, model::cuboid({0.6, 2.3 * clean, 0.8}, false));
+  const auto fin = at(0.5, 0.5, 0.05, model::cuboid({0.005, 2.3 * clean, 0.06}, false));
+  for (const auto& [e, size] :
+       {std::pair(foil, 5.0), std::pair(model::unite({block, foil}), 5.0),
+        std::pair(model::unite({plate, wall}), 1e5), std::pair(model::unite({plate, fin}), 1e5)}) {
     const auto solid = thin_solid(e);
-    Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
-    const ShapeReport report =
-        shape(mesh, {.clean = clean, .most_clean = 16 * clean, .size = 0.5, .most = 50});
-    EXPECT_LE(report.largest_move, 1.02 * report.clean);
     const Tetrahedra before = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+    Tetrahedra mesh = before;
+    const ShapeReport report =
+        shape(mesh, {.clean = clean, .most_clean = 16 * clean, .size = size, .most = 50});
+    EXPECT_LE(report.largest_move, 1.02 * report.clean);
     const std::vector<double> volumes = volumes_of(mesh, 2), had = volumes_of(before, 2);
     for (std::size_t part = 0; part < had.size(); ++part)
       EXPECT_NEAR(volumes[part], had[part], 2e-3 * had[part]) << "of part " << part;
+    std::array<double, 2> highest{};
+    for (const Point& p : before.points) highest[0] = std::max(highest[0], p[2]);
+    for (const Point& p : mesh.points) highest[1] = std::max(highest[1], p[2]);
+    EXPECT_NEAR(highest[1], highest[0], 2 * report.clean);
   }
 }
 
