@@ -253,11 +253,12 @@ TEST_F(MeshProgram, SizesAreReadFromATable) {
 }
 
 TEST_F(MeshProgram, MistakesAreToldInOneMessage) {
-  const std::array<std::array<const char*, 3>, 6> wrong{
+  const std::array<std::array<const char*, 3>, 7> wrong{
       {{"a.xyz", "", "must end in"},
        {"a.inp", "--type polyhedra", "hold polyhedra"},
        {"case", "--element-order 2", "--element-order 2"},
        {"a.msh", "--part-size c=1", "has no part 'c'"},
+       {"a.msh", "--size 1e-5", "sizes are in the units of the model"},
        {"a.msh", "--group q", "NAME=WHERE"},
        {"a.msh", "--group q=colur==red", "did you mean 'colour'?"}}};
   for (const auto& [file, options, words] : wrong) {

@@ -200,10 +200,12 @@ class SolverMeshMaker {
   /// A group of what has a colour needs parts that have one.
   [[nodiscard]] std::string about_colours(const std::string& group) const {
     const bool asks = std::ranges::any_of(options_.groups, [&](const std::string& text) {
-      return text.starts_with(group) && text.find("colour==") != std::string::npos;
+      const meshing::GroupRule rule = parse_group(text);
+      return rule.name == group && !rule.colours.empty();
     });
     return asks && part_colours().empty()
-               ? "; no part has a colour: " + dashes_ + "parts colour makes parts by it"
+               ? "; no part has a colour, since there are none in the model, or for want of " + dashes_ +
+                     "parts colour"
                : "";
   }
 
@@ -242,6 +244,7 @@ class SolverMeshMaker {
     for (;;) {
       mesh_.tetrahedra = meshing::tetrahedra_of(complex);
       volume = total(meshing::volumes_of(mesh_.tetrahedra, 0));
+      refuse_too_many(options);
       const meshing::ShapeReport shaped = meshing::shape(mesh_.tetrahedra, options);
       const bool is_last = shaped.turned == 0 || options_.clean || !(2 * options.clean <= most_clean_);
       if (is_last) {
@@ -252,6 +255,28 @@ class SolverMeshMaker {
       options.clean = summary_.clean *= 2;
       options.clean_by_place = clean_by_place();
     }
+  }
+
+  /// A size in another unit than the model's would take days until memory ends.
+  void refuse_too_many(const meshing::ShapeOptions& options) const {
+    constexpr double most = 1e9, volume_of_regular = 0.118;  // by the cube of its edges
+    if (!(options.size > 0)) return;
+    const std::size_t parts = options.size_of_part.size();
+    const std::vector<double> volumes = meshing::volumes_of(mesh_.tetrahedra, parts);
+    double count = 0, of_finest = 0, finest = options.size;
+    for (std::size_t part = 0; part <= parts; ++part) {
+      const bool is_own = part < parts && options.size_of_part[part] > 0;
+      const double size = is_own ? options.size_of_part[part] : options.size,
+                   own = volumes[part] / (volume_of_regular * size * size * size);
+      if (own > of_finest) finest = size;
+      of_finest = std::max(of_finest, own);
+      count += own;
+    }
+    if (count > most)
+      throw Error(
+          fmt::format("edges of {:.3g} would make some {:.1e} tetrahedra, and more than {:.0e} are not made; "
+                      "sizes are in the units of the model",
+                      finest, count, most));
   }
 
   /// @param rather_than_flat what was absorbed instead.
@@ -342,7 +367,7 @@ class SolverMeshMaker {
     const double change = before > 0 ? (now - before) / before : 0;
     (shaped.placed == 0 && std::abs(change) > much ? made_.warnings : made_.notes)
         .push_back(text +
-                   fmt::format("; the volume changed by {:.3g} ({:.2g} %)", now - before, 100 * change));
+                   fmt::format("; the volume changed by {:.3g} ({:.3g} %)", now - before, 100 * change));
   }
 
   /// What was too much to be meshed finely, where that has left thin tetrahedra.

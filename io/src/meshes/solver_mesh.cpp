@@ -78,21 +78,24 @@ bool holds_second_order(SolverFormat format) { return format != SolverFormat::op
 
 std::vector<std::string> plain_names(const std::vector<std::string>& names) {
   const auto is_between = [](char c, char low, char high) { return low <= c && c <= high; };
-  std::vector<std::string> plain;
+  std::map<std::string, std::string> plain_of;
   std::set<std::string> taken;
-  for (std::string name : names) {
-    for (char& c : name)
+  const auto take = [&](std::string text) {
+    for (char& c : text)
+      if (is_between(c, 'A', 'Z')) c = static_cast<char>(c - 'A' + 'a');
+    return taken.insert(std::move(text)).second;
+  };
+  std::vector<std::string> plain;
+  for (const std::string& name : names) {
+    const auto [entry, is_new] = plain_of.try_emplace(name, name);
+    std::string& own = entry->second;
+    for (char& c : own)
       if (!is_between(c, '0', '9') && !is_between(c, 'a', 'z') && !is_between(c, 'A', 'Z') && c != '-' &&
           c != '.')
         c = '_';
-    const auto take = [&](std::string text) {
-      for (char& c : text)
-        if (is_between(c, 'A', 'Z')) c = static_cast<char>(c - 'A' + 'a');
-      return taken.insert(std::move(text)).second;
-    };
-    std::string own = name;
-    for (int number = 2; !take(own); ++number) own = name + "_" + std::to_string(number);
-    plain.push_back(std::move(own));
+    const std::string first = own;
+    for (int number = 2; is_new && !take(own); ++number) own = first + "_" + std::to_string(number);
+    plain.push_back(own);
   }
   return plain;
 }

@@ -29,7 +29,7 @@ void print_mesh_summary(std::ostream& out, const MeshFigures& mesh, bool with_hi
   out << fmt::format("            aspect (regular: 1, flat: 0) {:.3g} at least, {:.3g} on average\n",
                      mesh.smallest_aspect, mesh.mean_aspect);
   const double percent = mesh.cells > 0 ? 100.0 / static_cast<double>(mesh.cells) : 0;
-  out << fmt::format("            below 1, 5 and 10 degrees: {}, {} and {} ({:.2g} %)\n",
+  out << fmt::format("            below 1, 5 and 10 degrees: {}, {} and {} ({:.3g} %)\n",
                      grouped(mesh.below[0]), grouped(mesh.below[1]),
                      counted(mesh.below[2], "# tetrahedr[on|a]"),
                      percent * static_cast<double>(mesh.below[2]));

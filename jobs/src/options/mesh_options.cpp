@@ -64,11 +64,11 @@ void add_own_options(CLI::App& app, MeshText& text) {
       ->type_name("G")
       ->capture_default_str()
       ->group(group);
-  app.add_option(
-         "--clean", text.clean,
-         "absorb what is shorter, by moves of so much at most\n(default: a millionth of the smallest "
-         "part's size, up to\n16 where else some would be flat, or below 1 degree; of\nwhat is round, its "
-         "tolerance)")
+  app.add_option("--clean", text.clean,
+                 "absorb what is shorter, by moves of so much at most\n(default: a millionth of the smallest "
+                 "part's size, up to\n16 millionths where tetrahedra would be flat or have\nangles below 1 "
+                 "degree; of what is round, its tolerance\nif "
+                 "that is more)")
       ->check(is_length())
       ->type_name("T")
       ->group(group);

@@ -57,8 +57,8 @@ bool holds_second_order(SolverFormat format);
 /// @pre the format holds what the mesh is of. @throws bsp2::Error if a file cannot be written.
 void write_solver_mesh(const std::filesystem::path& path, const SolverMesh& mesh, int gmsh_version = 41);
 
-/// Names as solvers take them: what is no letter, digit, `-` or `.` becomes `_`. Those that are one then, but
-/// for upper and lower case, which CalculiX takes for one, get `_2`, `_3`, ...
+/// Names as solvers take them: what is no letter, digit, `-` or `.` becomes `_`. Different ones that are one
+/// then, but for upper and lower case, which CalculiX takes for one, get `_2`, `_3`, ...
 std::vector<std::string> plain_names(const std::vector<std::string>& names);
 
 }  // namespace bsp2::io
