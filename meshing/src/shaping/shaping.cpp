@@ -155,9 +155,7 @@ class Shaping {
     const Tetrahedra before = mesh();
     const std::uint64_t all = thin_by_themselves(before);
     std::uint64_t left = all;
-    int in_vain = 0;
-    for (double most = 2 * options_.clean; left > 0 && in_vain < 2 && most <= options_.most_clean;
-         most *= 2) {
+    for (double most = 2 * options_.clean; left > 0 && most <= options_.most_clean; most *= 2) {
       State as_it_was = state();
       cleaner_.allow(most);
       cleaner_.remember_moves();
@@ -166,10 +164,8 @@ class Shaping {
       const std::uint64_t thin = thin_by_themselves(now);
       if (thin >= left || !has_all_of(now, before, most + options_.clean)) {
         go_back(std::move(as_it_was));
-        ++in_vain;
         continue;
       }
-      in_vain = 0;
       left = thin;
       report_.clean = most;
       report_.thin_spared = all - left;
