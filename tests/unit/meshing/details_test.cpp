@@ -171,8 +171,8 @@ TEST(Details, FoilsWallsAndFinsStay) {
   const auto wall = at(0.2, 0.5, 0, model::cuboid({0.6, 2.3 * clean, 0.8}, false));
   const auto fin = at(0.5, 0.5, 0.05, model::cuboid({0.005, 2.3 * clean, 0.06}, false));
   for (const auto& [e, size] :
-       {std::pair(foil, 5.0), std::pair(model::unite({block, foil}), 5.0),
-        std::pair(model::unite({plate, wall}), 1e5), std::pair(model::unite({plate, fin}), 1e5)}) {
+       {std::pair(model::unite({block, foil}), 5.0), std::pair(model::unite({plate, wall}), 1e5),
+        std::pair(model::unite({plate, fin}), 1e5)}) {
     const auto solid = thin_solid(e);
     const Tetrahedra before = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
     Tetrahedra mesh = before;
