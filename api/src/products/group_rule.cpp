@@ -161,8 +161,7 @@ GroupRule parse_group(const std::string& text) {
   GroupRule rule;
   if (equal != std::string::npos) rule.name = text.substr(0, equal);
   while (rule.name.ends_with(' ')) rule.name.pop_back();
-  if (rule.name.empty())
-    throw Error("--group: '" + text + "' must be NAME=WHERE, for example left=x==min");
+  if (rule.name.empty()) throw Error("--group: '" + text + "' must be NAME=WHERE, for example left=x==min");
   PredicateReader(text, equal + 1, rule).read();
   return rule;
 }
