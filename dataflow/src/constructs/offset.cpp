@@ -22,9 +22,10 @@ ClipperLib::JoinType join_of(model::Offset::Join join) {
 }
 
 /// Takes out the corners that are in line with their neighbours but for the rounding to the unit: what an
-/// edge leaves behind that is nearly in line with the next one, and paths that are no wider than that.
+/// edge leaves behind that is nearly in line with the next one, and paths that are no wider than that. Two
+/// edges of one line are rounded at four ends, before they are moved and after, and so is where they meet.
 void straighten(std::vector<std::array<double, 2>>& path, double unit) {
-  constexpr double units = 4;
+  constexpr double units = 32;
   const auto is_in_line = [&](const auto& p, const auto& q, const auto& r) {
     const double x = r[0] - p[0], y = r[1] - p[1];
     return std::fabs(x * (q[1] - p[1]) - y * (q[0] - p[0])) <= units * unit * std::hypot(x, y);

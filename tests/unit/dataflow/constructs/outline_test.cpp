@@ -114,6 +114,22 @@ TEST(Outlines, DoNotDependOnWhatIsMerged) {
   }
 }
 
+/// Edges of two bars are in one line but for rounding, which leaves a step between them once they are moved:
+/// no piece is told of as too thin.
+TEST(Outlines, AreMovedWithoutSteps) {
+  const auto bar = [](int degrees, double x, double y, const std::string& size) {
+    return turned(degrees, x, y, "square(" + size + "); ");
+  };
+  const std::string text =
+      "offset(delta = -0.4) { multmatrix([[-0.17869350079690668, 0.98390478846936502, 0, 0], "
+      "[-0.98390478846936502, -0.17869350079690668, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { " +
+      bar(60, -16 * 0.1, -12 * 0.1, "[9.3, 1.7]") + bar(30, 21 * 0.1, 38 * 0.1, "[1.7, 9.3]") +
+      bar(30, 17 * 0.1, 46 * 0.1, "[9.3, 1.7]") + bar(0, -2, 28 * 0.1, "[9.3, 1.7]") + "} }";
+  const Outcome merged = outcome_of(text, 1e-9), exact = outcome_of(text, 0);
+  EXPECT_TRUE(merged.warnings.empty()) << merged.warnings.front();
+  EXPECT_NEAR(exact.content, merged.content, 1e-9 * merged.content);
+}
+
 /// A clean profile of decimal numbers: what is horizontal stays horizontal, though its corners are rounded
 /// each for itself.
 TEST(Outlines, OfCleanLathesAreStraight) {
