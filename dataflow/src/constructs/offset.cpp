@@ -25,7 +25,7 @@ ClipperLib::JoinType join_of(model::Offset::Join join) {
 /// edge leaves behind that is nearly in line with the next one, and paths that are no wider than that. Two
 /// edges of one line are rounded at four ends, before they are moved and after, and so is where they meet.
 void straighten(std::vector<std::array<double, 2>>& path, double unit) {
-  constexpr double units = 32;
+  constexpr double units = 256;
   const auto is_in_line = [&](const auto& p, const auto& q, const auto& r) {
     const double x = r[0] - p[0], y = r[1] - p[1];
     return std::fabs(x * (q[1] - p[1]) - y * (q[0] - p[0])) <= units * unit * std::hypot(x, y);
@@ -40,6 +40,29 @@ void straighten(std::vector<std::array<double, 2>>& path, double unit) {
       ++i, ++kept;
     }
   }
+}
+
+std::size_t corners_of(const ClipperLib::Paths& paths) {
+  std::size_t sum = 0;
+  for (const auto& path : paths) sum += path.size();
+  return sum;
+}
+
+ClipperLib::Paths moved_by(const ClipperLib::Paths& paths, double units) {
+  ClipperLib::ClipperOffset clipper(mitre_limit);
+  clipper.AddPaths(paths, ClipperLib::jtMiter, ClipperLib::etClosedPolygon);
+  ClipperLib::Paths moved;
+  clipper.Execute(moved, units);
+  return moved;
+}
+
+/// Where what touches without overlapping is joined by rounding it has a neck of no width: what is so thin
+/// goes. Nothing changes where there is none.
+ClipperLib::Paths without_necks(ClipperLib::Paths paths) {
+  constexpr double units = 32;
+  ClipperLib::Paths opened = moved_by(moved_by(paths, -units), units);
+  const bool is_same = opened.size() == paths.size() && corners_of(opened) == corners_of(paths);
+  return is_same ? std::move(paths) : std::move(opened);
 }
 
 }  // namespace
@@ -63,7 +86,7 @@ Outline offset_outline(const model::Offset& offset, const Outline& outline) {
   ClipperLib::Paths moved;
   clipper.Execute(moved, offset.distance / unit);
   Outline result;
-  for (const auto& path : moved) {
+  for (const auto& path : without_necks(std::move(moved))) {
     std::vector<std::array<double, 2>> corners;
     for (const auto& p : path)
       corners.push_back({static_cast<double>(p.X) * unit, static_cast<double>(p.Y) * unit});

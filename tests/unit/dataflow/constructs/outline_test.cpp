@@ -114,20 +114,28 @@ TEST(Outlines, DoNotDependOnWhatIsMerged) {
   }
 }
 
-/// Edges of two bars are in one line but for rounding, which leaves a step between them once they are moved:
-/// no piece is told of as too thin.
-TEST(Outlines, AreMovedWithoutSteps) {
-  const auto bar = [](int degrees, double x, double y, const std::string& size) {
-    return turned(degrees, x, y, "square(" + size + "); ");
+/// Edges of two bars are in one line but for rounding. Once they are moved there is a step between them, or,
+/// where the bars are then beside each other, a neck of no width: no piece is told of as too thin.
+TEST(Outlines, AreMovedWithoutStepsAndNecks) {
+  const auto bar = [](int degrees, int x, int y, const std::string& size) {
+    return turned(degrees, x * 0.1, y * 0.1, "square(" + size + "); ");
   };
-  const std::string text =
+  const std::string long_bar = "[9.3, 1.7]", high_bar = "[1.7, 9.3]";
+  const std::string with_step =
       "offset(delta = -0.4) { multmatrix([[-0.17869350079690668, 0.98390478846936502, 0, 0], "
       "[-0.98390478846936502, -0.17869350079690668, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { " +
-      bar(60, -16 * 0.1, -12 * 0.1, "[9.3, 1.7]") + bar(30, 21 * 0.1, 38 * 0.1, "[1.7, 9.3]") +
-      bar(30, 17 * 0.1, 46 * 0.1, "[9.3, 1.7]") + bar(0, -2, 28 * 0.1, "[9.3, 1.7]") + "} }";
-  const Outcome merged = outcome_of(text, 1e-9), exact = outcome_of(text, 0);
-  EXPECT_TRUE(merged.warnings.empty()) << merged.warnings.front();
-  EXPECT_NEAR(exact.content, merged.content, 1e-9 * merged.content);
+      bar(60, -16, -12, long_bar) + bar(30, 21, 38, high_bar) + bar(30, 17, 46, long_bar) +
+      bar(0, -20, 28, long_bar) + "} }";
+  const std::string with_neck =
+      "offset(delta = -0.4) { multmatrix([[-0.336746652397588, 0.94159529103485751, 0, 0], "
+      "[-0.94159529103485751, -0.336746652397588, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { " +
+      bar(90, -20, -5, high_bar) + bar(90, -23, 49, high_bar) + bar(60, 13, -42, long_bar) +
+      bar(0, -31, -44, high_bar) + "} }";
+  for (const std::string& text : {with_step, with_neck}) {
+    const Outcome merged = outcome_of(text, 1e-9), exact = outcome_of(text, 0);
+    EXPECT_TRUE(merged.warnings.empty()) << merged.warnings.front() << "\n" << text;
+    EXPECT_NEAR(exact.content, merged.content, 1e-9 * merged.content) << text;
+  }
 }
 
 /// A clean profile of decimal numbers: what is horizontal stays horizontal, though its corners are rounded
