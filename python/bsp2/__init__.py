@@ -10,6 +10,7 @@ Lengths are in the model's units, angles in degrees, axes count from 1. Wherever
 """
 
 import collections
+import difflib
 import functools
 import json
 import os
@@ -111,10 +112,14 @@ _OPTIONS = frozenset(
 )
 
 
-def _checked(options):
+def _checked(options, own=frozenset()):
+    """own: options of whoever evaluates with these, which have been taken out."""
+    possible = _OPTIONS | own
     for name in options:
         if name not in _OPTIONS:
-            raise TypeError(f"there is no option '{name}'; {', '.join(sorted(_OPTIONS))} are possible")
+            near = difflib.get_close_matches(name, possible, 1)
+            hint = f"did you mean '{near[0]}'?" if near else f"{', '.join(sorted(possible))} are possible"
+            raise TypeError(f"there is no option '{name}'; {hint}")
     return options
 
 

@@ -15,6 +15,7 @@ from . import _bsp2
 from ._bsp2 import Expression, Result, SolverMesh, Surface
 from ._counted import counted
 
+_MESH = frozenset("size part_sizes size_field growth clean groups polyhedra dual".split())
 _DRAWING = frozenset(
     "hidden smooth smooth_angle centre_lines overall sheet scale projection title author number material date".split()
 )
@@ -49,6 +50,7 @@ def solver_mesh(model, size=None, *, part_sizes=None, size_field=None, growth=0.
     groups: names of faces by where they are: {"inlet": "x==min", "top": "z>=4 & colour==red", "skin": "angle<=30"}.
     polyhedra: the cells as they are, for `save` alone. dual: polyhedra about the points of the tetrahedra, likewise.
     """
+    bsp2._checked(options, _MESH)
     if isinstance(size_field, (str, os.PathLike)):
         size_field = _bsp2._read_size_field(os.fspath(size_field))
     field = [] if size_field is None else [[float(x) for x in row] for row in size_field]
@@ -143,7 +145,7 @@ def draw(model, files, *, views=None, sections=None, dimensions=None, progress=F
     def compute(what, options, tell, stop, ranks):
         return _bsp2._draw(what, paths, words, options, tell, stop, ranks)
 
-    bsp2._told(compute, model, progress, stop, ranks, bsp2._checked(more))
+    bsp2._told(compute, model, progress, stop, ranks, bsp2._checked(more, _DRAWING | {"views", "sections", "dimensions"}))
 
 
 # --- Sections ---

@@ -90,12 +90,15 @@ class SolverMeshes(unittest.TestCase):
             lambda: bsp2.solver_mesh(bsp2.cube(), size=1, polyhedra=True),
             lambda: bsp2.solver_mesh(bsp2.cube()).save("/dev/null/x.msh"),
             lambda: bsp2.solver_mesh(bsp2.cube()).save("x.stl"),
+            lambda: bsp2.solver_mesh(bsp2.cube()).save("x.inp", gmsh_version=2.2),
         ):
             with self.assertRaises(bsp2.Error) as caught:
                 wrong()
             self.assertTrue(caught.exception.is_users_mistake, caught.exception)
         with self.assertRaises(TypeError):
             bsp2.solver_mesh(bsp2.cube().evaluate(), size=1, threads=1)
+        with self.assertRaisesRegex(TypeError, "did you mean 'part_sizes'"):
+            bsp2.solver_mesh(bsp2.cube(), part_size={"solid": 1})
 
     def test_arrays_are_no_copies_and_keep_the_mesh(self):
         mesh = bsp2.solver_mesh(bsp2.cube())

@@ -160,6 +160,28 @@ TEST_F(MeshProgram, NamesThatSolversTakeForOneStayTwo) {
   }
 }
 
+/// What is in one plane may be outside and between parts: still one group of solvers, and of OpenFOAM a patch
+/// and a zone.
+TEST_F(MeshProgram, GroupsMayBeOutsideAndBetweenParts) {
+  const std::string group = " --group 'level=z==1'";
+  const Ended ended = run("a.inp", "--size 1" + group);
+  ASSERT_EQ(ended.code, 0) << ended.text;
+  EXPECT_EQ(ended.text.find("level"), ended.text.rfind("level")) << ended.text;
+  const std::string inp = content_of(folder_.path() / "a.inp");
+  for (const char* line : {"*NSET, NSET=level\n", "*SURFACE, NAME=level, TYPE=ELEMENT\n"}) {
+    EXPECT_NE(inp.find(line), std::string::npos) << line;
+    EXPECT_EQ(inp.find(line), inp.rfind(line)) << line;
+  }
+  ASSERT_EQ(run("case", "--type polyhedra" + group).code, 0);
+  EXPECT_EQ(report().at("groups").at("level"), 5);  // four around b, one below it
+  for (const char* file : {"boundary", "faceZones"})
+    EXPECT_NE(content_of(folder_.path() / "case" / "constant" / "polyMesh" / file).find("level"),
+              std::string::npos)
+        << file;
+  const Ended told = run("a.vtu", "--size 1" + group);
+  EXPECT_NE(told.text.find("groups of faces are not in 'a.vtu'"), std::string::npos) << told.text;
+}
+
 TEST_F(MeshProgram, WhatCleaningTakesAwayIsToldAndWarnedOf) {
   std::ofstream(model_)
       << "cube([2, 2, 1]); multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,1],[0,0,0,1]]) cube([1, 2, 0.4]);\n";
@@ -253,10 +275,11 @@ TEST_F(MeshProgram, SizesAreReadFromATable) {
 }
 
 TEST_F(MeshProgram, MistakesAreToldInOneMessage) {
-  const std::array<std::array<const char*, 3>, 7> wrong{
+  const std::array<std::array<const char*, 3>, 8> wrong{
       {{"a.xyz", "", "must end in"},
        {"a.inp", "--type polyhedra", "hold polyhedra"},
        {"case", "--element-order 2", "--element-order 2"},
+       {"a.inp", "--msh-version 4.1", "is of .msh files"},
        {"a.msh", "--part-size c=1", "has no part 'c'"},
        {"a.msh", "--size 1e-5", "sizes are in the units of the model"},
        {"a.msh", "--group q", "NAME=WHERE"},

@@ -22,6 +22,7 @@ struct FileFormat {
   bool drawing = false;
   bool solver_mesh = false;   ///< also a folder, which has no ending
   bool openfoam = false;      ///< such a mesh is a case of OpenFOAM
+  bool gmsh = false;          ///< such a mesh is a .msh file
   bool polyhedra = false;     ///< it may be of polyhedra
   bool second_order = false;  ///< it may be of second order
   bool triangles = false;     ///< of a surface, which can be cleaned

@@ -29,6 +29,7 @@ FileFormat file_format(const std::filesystem::path& path) {
     if (const auto of_mesh = io::solver_format(path)) {
       format.solver_mesh = true;
       format.openfoam = *of_mesh == io::SolverFormat::openfoam;
+      format.gmsh = *of_mesh == io::SolverFormat::gmsh;
       format.polyhedra = io::holds_polyhedra(*of_mesh);
       format.second_order = io::holds_second_order(*of_mesh);
     }

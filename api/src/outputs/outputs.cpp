@@ -300,6 +300,9 @@ MeshFigures write_solver_mesh(const Writing& writing, supersteps::RunResult& res
   auto& report = result.report;
   report.warnings.insert(report.warnings.end(), made.warnings.begin(), made.warnings.end());
   report.notes.insert(report.notes.end(), made.notes.begin(), made.notes.end());
+  if (!output.mesh.groups.empty() && !io::holds_groups(io::solver_format(output.file).value()))
+    report.notes.push_back("groups of faces are not in '" + output.file.filename().string() +
+                           "': .vtu files hold volumes alone; .msh, .inp, .xdmf and OpenFOAM cases have groups");
   if (output.second_order) io::add_middles(made.mesh);
   made.summary.points = made.mesh.points().size();
   io::write_solver_mesh(output.file, made.mesh, output.gmsh_version);

@@ -47,6 +47,8 @@ void check_mesh_file(const std::filesystem::path& path, bool is_of_polyhedra, bo
                 "' with second_order: only tetrahedra in .msh, .inp, .xdmf and .vtu files may have points in "
                 "the middle of edges");
   if (gmsh_version != 41 && gmsh_version != 22) throw Error("gmsh_version is 41 or 22");
+  if (gmsh_version != 41 && *format != io::SolverFormat::gmsh)
+    throw Error("cannot write '" + path.string() + "' with gmsh_version: that is of .msh files");
 }
 
 }  // namespace bsp2::api

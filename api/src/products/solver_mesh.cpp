@@ -149,7 +149,6 @@ class SolverMeshMaker {
                                about_colours(name));
     mesh_.volumes = groups_->volumes();
     mesh_.groups = groups_->groups();
-    mesh_.is_interface = groups_->is_interface();
     count();
     summary_.points = mesh_.points().size();
     return std::move(made_);
@@ -259,15 +258,14 @@ class SolverMeshMaker {
 
   /// A size in another unit than the model's would take days until memory ends.
   void refuse_too_many(const meshing::ShapeOptions& options) const {
-    constexpr double most = 1e9, volume_of_regular = 0.118;  // by the cube of its edges
+    constexpr double most = 1e9;
     if (!(options.size > 0)) return;
     const std::size_t parts = options.size_of_part.size();
     const std::vector<double> volumes = meshing::volumes_of(mesh_.tetrahedra, parts);
     double count = 0, of_finest = 0, finest = options.size;
     for (std::size_t part = 0; part <= parts; ++part) {
-      const bool is_own = part < parts && options.size_of_part[part] > 0;
-      const double size = is_own ? options.size_of_part[part] : options.size,
-                   own = volumes[part] / (volume_of_regular * size * size * size);
+      const double size = options.size_in(static_cast<std::int32_t>(part)),
+                   own = meshing::count_of_size(volumes[part], size);
       if (own > of_finest) finest = size;
       of_finest = std::max(of_finest, own);
       count += own;

@@ -91,9 +91,7 @@ Json described(const MeshFigures& summary) {
   mesh["volumes"] = Json::object();
   for (const auto& [name, volume] : summary.volumes) mesh["volumes"][name] = volume;
   mesh["groups"] = Json::object();
-  // One name may be of faces outside and of others between parts.
-  for (const auto& [name, faces] : summary.groups)
-    mesh["groups"][name] = mesh["groups"].value(name, std::uint64_t{0}) + faces;
+  for (const auto& [name, faces] : summary.groups) mesh["groups"][name] = faces;
   if (summary.polyhedra) return mesh;
   mesh["dihedral_angles"] = {{"smallest", summary.smallest_angle},
                              {"largest", summary.largest_angle},

@@ -19,16 +19,22 @@ class FoamWriter {
  public:
   FoamWriter(const fs::path& marker, const SolverMesh& mesh, const Complex& complex,
              const std::vector<std::int32_t>& group)
-      : marker_(marker), folder_(folder_of(marker)), mesh_(mesh), complex_(complex), group_(group) {
-    for (std::uint32_t face = 0; face < complex.faces(); ++face)
-      if (complex.neighbour[face] != Complex::outside) order_.push_back(face);
+      : marker_(marker), folder_(folder_of(marker)), mesh_(mesh), complex_(complex) {
+    std::vector<std::vector<std::uint32_t>> outer(mesh.groups.size());
+    inner_faces_.resize(mesh.groups.size());
+    for (std::uint32_t face = 0; face < complex.faces(); ++face) {
+      const auto g = static_cast<std::size_t>(group[face]);
+      if (complex.neighbour[face] == Complex::outside) {
+        outer[g].push_back(face);
+      } else {
+        if (group[face] >= 0) inner_faces_[g].push_back(order_.size());
+        order_.push_back(face);
+      }
+    }
     inner_ = order_.size();
-    for (std::size_t g = 0; g < mesh.groups.size(); ++g) {
+    for (const auto& faces : outer) {
       first_.push_back(order_.size());
-      if (!mesh.is_interface[g])
-        for (std::uint32_t face = 0; face < complex.faces(); ++face)
-          if (complex.neighbour[face] == Complex::outside && group[face] == static_cast<std::int32_t>(g))
-            order_.push_back(face);
+      order_.insert(order_.end(), faces.begin(), faces.end());
     }
     first_.push_back(order_.size());
   }
@@ -57,9 +63,9 @@ class FoamWriter {
   const std::vector<std::string> group_names_ = plain_names(mesh_.groups),
                                  volume_names_ = plain_names(mesh_.volumes);
   const Complex& complex_;
-  const std::vector<std::int32_t>& group_;
-  std::vector<std::uint32_t> order_;  // of faces in the files
-  std::vector<std::size_t> first_;    // of each group
+  std::vector<std::uint32_t> order_;                   // of faces in the files
+  std::vector<std::size_t> first_;                     // of the outer ones of each group, and their end
+  std::vector<std::vector<std::size_t>> inner_faces_;  // of each group
   std::size_t inner_ = 0;
   fs::path scratch_;  // where files are until all are written
 
@@ -138,12 +144,14 @@ class FoamWriter {
   void write_boundary() const {
     MeshText text;
     header(text, "polyBoundaryMesh", "boundary");
-    text << std::count(mesh_.is_interface.begin(), mesh_.is_interface.end(), false) << "\n(\n";
+    const auto count = [&](std::size_t g) { return first_[g + 1] - first_[g]; };
+    std::size_t patches = 0;
+    for (std::size_t g = 0; g < mesh_.groups.size(); ++g) patches += count(g) > 0 ? 1 : 0;
+    text << patches << "\n(\n";
     for (std::size_t g = 0; g < mesh_.groups.size(); ++g)
-      if (!mesh_.is_interface[g])
+      if (count(g) > 0)
         text << "    " << group_names_[g] << "\n    {\n        type            patch;\n        nFaces"
-             << "          " << first_[g + 1] - first_[g] << ";\n        startFace       " << first_[g]
-             << ";\n    }\n";
+             << "          " << count(g) << ";\n        startFace       " << first_[g] << ";\n    }\n";
     text << ")\n";
     write("boundary", text);
   }
@@ -167,13 +175,11 @@ class FoamWriter {
   void write_face_zones() const {
     MeshText text;
     header(text, "regIOobject", "faceZones");
-    text << std::count(mesh_.is_interface.begin(), mesh_.is_interface.end(), true) << "\n(\n";
+    text << std::ranges::count_if(inner_faces_, [](const auto& faces) { return !faces.empty(); }) << "\n(\n";
     for (std::size_t g = 0; g < mesh_.groups.size(); ++g) {
-      if (!mesh_.is_interface[g]) continue;
+      const std::vector<std::size_t>& faces = inner_faces_[g];
+      if (faces.empty()) continue;
       // All look out of the volume of the first face's owner.
-      std::vector<std::size_t> faces;
-      for (std::size_t i = 0; i < inner_; ++i)
-        if (group_[order_[i]] == static_cast<std::int32_t>(g)) faces.push_back(i);
       const auto volume = [&](std::size_t i) {
         return mesh_.volume[static_cast<std::size_t>(complex_.owner[order_[i]])];
       };

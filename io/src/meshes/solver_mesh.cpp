@@ -75,6 +75,7 @@ bool holds_polyhedra(SolverFormat format) {
   return format == SolverFormat::openfoam || format == SolverFormat::vtu;
 }
 bool holds_second_order(SolverFormat format) { return format != SolverFormat::openfoam; }
+bool holds_groups(SolverFormat format) { return format != SolverFormat::vtu; }
 
 std::vector<std::string> plain_names(const std::vector<std::string>& names) {
   const auto is_between = [](char c, char low, char high) { return low <= c && c <= high; };

@@ -13,10 +13,10 @@ namespace {
 
 /// What fits a screen beside usage and examples.
 constexpr std::size_t few_options = 12;
-constexpr std::array<std::string_view, 19> most_used{
-    "turntable", "sweep-section", "views",   "section", "sheet",  "output", "boundary",
-    "picture",   "snapshot",      "threads", "curved",  "strict", "open",   "tolerance",
-    "budget",    "partial",       "port",    "quiet",   "stay"};
+constexpr std::array<std::string_view, 20> most_used{
+    "turntable", "sweep-section", "views",   "section", "sheet", "output",    "boundary",
+    "picture",   "snapshot",      "threads", "curved",  "open",  "tolerance", "budget",
+    "partial",   "port",          "quiet",   "stay",    "size",  "group"};
 
 std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   return app.get_options(

@@ -42,9 +42,10 @@ void add_own_options(CLI::App& app, MeshText& text) {
       ->check(is_one_of({"tetrahedra", "dual", "polyhedra"}))
       ->type_name("TYPE")
       ->group(group);
-  app.add_option("--size", text.size,
-                 "how long edges shall be (default: a twentieth of the\nmodel's diagonal); 0: the cells' own "
-                 "tetrahedra")
+  app.add_option(
+         "--size", text.size,
+         "how long edges shall be; 0: the cells' own tetrahedra\n(default: a twentieth of the model's "
+         "diagonal)")
       ->check(is_length())
       ->type_name("H")
       ->group(group);
@@ -83,10 +84,9 @@ void add_own_options(CLI::App& app, MeshText& text) {
       ->check(is_number(1, 2, "1 .. 2"))
       ->type_name("N")
       ->group(group);
-  app.add_option("--msh-version", text.version, "of .msh files: 4.1 or 2.2")
+  app.add_option("--msh-version", text.version, "of .msh files: 4.1 or 2.2 (default: 4.1)")
       ->check(is_one_of({"4.1", "2.2"}))
       ->type_name("V")
-      ->capture_default_str()
       ->group(group);
 }
 
@@ -127,6 +127,8 @@ SolverMeshOutput mesh_output_of(const MeshText& text) {
   for (const std::string& each : text.groups) check_group(each);  // it is told now if it is wrong
   options.groups = text.groups;
   output.gmsh_version = text.version == "2.2" ? 22 : 41;
+  if (!text.version.empty() && !format.gmsh)
+    throw Error("--msh-version: it is of .msh files, and '" + text.output + "' is none");
   output.second_order = text.order == 2;
   if (output.second_order && (options.polyhedra || options.dual || !format.second_order))
     throw Error(

@@ -16,7 +16,7 @@ namespace bsp2::jobs {
 
 /// Options of `bsp2 mesh` as they are typed.
 struct MeshText {
-  std::string input, output, report, type, size_field, version = "4.1";
+  std::string input, output, report, type, size_field, version;
   std::vector<std::string> part_sizes, groups;
   std::optional<double> clean, size;
   double growth = SolverMeshOptions{}.growth;

@@ -123,7 +123,6 @@ bool Groups::holds(const GroupRule::Condition& condition, const Point& point) co
 std::int32_t Groups::group_of(std::int32_t part, std::int32_t other, std::span<const std::uint32_t> corners,
                               std::span<const Point> points) {
   geometry::Interruption::check();
-  const bool is_interface = other != PlaneSide::nothing;
   std::string name = part_names_.empty() ? "outside" : name_of(part) + "|" + name_of(other);
   const auto follows = [&](const GroupRule& rule) {
     return std::all_of(
@@ -138,12 +137,8 @@ std::int32_t Groups::group_of(std::int32_t part, std::int32_t other, std::span<c
     name = rule->name;
     is_followed_[static_cast<std::size_t>(rule - rules_.begin())] = true;
   }
-  const auto [entry, is_new] =
-      number_.try_emplace({name, is_interface}, static_cast<std::int32_t>(groups_.size()));
-  if (is_new) {
-    groups_.push_back(name);
-    is_interface_.push_back(is_interface);
-  }
+  const auto [entry, is_new] = number_.try_emplace(name, static_cast<std::int32_t>(groups_.size()));
+  if (is_new) groups_.push_back(name);
   return entry->second;
 }
 
@@ -172,7 +167,6 @@ void Groups::divide(std::span<const GroupFace> faces, std::vector<std::int32_t>&
         if (piece != some.front()) {
           entry->second = static_cast<std::int32_t>(groups_.size());
           groups_.emplace_back();
-          is_interface_.push_back(is_interface_[number]);
         }
         groups_[static_cast<std::size_t>(entry->second)] =
             rule->name + "_" + std::to_string(++pieces_called[rule->name]);

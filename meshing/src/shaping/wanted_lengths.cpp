@@ -43,6 +43,17 @@ double mean_of_inverse_cubes(std::array<double, 4> at_corners) {
 
 }  // namespace
 
+double ShapeOptions::size_in(std::int32_t part) const {
+  const auto number = static_cast<std::size_t>(part);
+  const bool is_own = part >= 0 && number < size_of_part.size() && size_of_part[number] > 0;
+  return is_own ? size_of_part[number] : size;
+}
+
+double count_of_size(double volume, double size) {
+  constexpr double volume_of_regular = 0.118;  // by the cube of its edges
+  return volume / (volume_of_regular * size * size * size);
+}
+
 double WantedLengths::between(std::uint32_t p, std::uint32_t q) const {
   const auto at = [&](std::uint32_t point) { return point < wanted_.size() ? wanted_[point] : infinity; };
   return std::min(at(p), at(q));
@@ -55,26 +66,16 @@ void WantedLengths::add_between(std::uint32_t u, std::uint32_t v, std::uint32_t 
 }
 
 std::map<std::int32_t, double> WantedLengths::tetrahedra_by_part() const {
-  constexpr double volume_of_regular = 0.118;  // by the cube of its edges
   std::map<std::int32_t, double> counts;
-  for (std::uint32_t t = 0; t < editor_->size(); ++t) {
-    if (editor_->at(t).is_gone()) continue;
-    const double size = size_in(editor_->at(t).part);
-    counts[editor_->at(t).part] += editor_->volume(t) / (volume_of_regular * size * size * size);
-  }
+  for (std::uint32_t t = 0; t < editor_->size(); ++t)
+    if (const auto part = editor_->at(t).part; !editor_->at(t).is_gone())
+      counts[part] += count_of_size(editor_->volume(t), options_->size_in(part));
   return counts;
-}
-
-double WantedLengths::size_in(std::int32_t part) const {
-  const auto number = static_cast<std::size_t>(part);
-  const bool is_own =
-      part >= 0 && number < options_->size_of_part.size() && options_->size_of_part[number] > 0;
-  return is_own ? options_->size_of_part[number] : options_->size;
 }
 
 double WantedLengths::size_at(std::uint32_t p) const {
   double size = infinity;
-  for (const std::uint32_t t : editor_->star(p)) size = std::min(size, size_in(editor_->at(t).part));
+  for (const std::uint32_t t : editor_->star(p)) size = std::min(size, options_->size_in(editor_->at(t).part));
   return options_->field.is_empty() ? size : std::min(size, options_->field.at(editor_->point(p)));
 }
 

@@ -73,7 +73,6 @@ class WantedLengths {
   std::vector<bool> is_urgent_;            ///< by point
   Details urgent_{.least = 1, .step = 1};  ///< at these, if they are finer
 
-  [[nodiscard]] double size_in(std::int32_t part) const;
   [[nodiscard]] double size_at(std::uint32_t p) const;
   [[nodiscard]] bool is_urgent(std::uint32_t p) const { return p < is_urgent_.size() && is_urgent_[p]; }
   [[nodiscard]] bool is_at_several_parts(std::uint32_t p) const;

@@ -15,7 +15,6 @@ namespace bsp2::io {
 /// A mesh for solvers, as it is written: tetrahedra, or polyhedra.
 struct SolverMesh {
   std::vector<std::string> volumes, groups;  ///< names; groups are of faces
-  std::vector<bool> is_interface;            ///< of each group: it is between two volumes
 
   std::vector<std::int32_t> volume;  ///< of each cell
 
@@ -48,9 +47,10 @@ std::optional<SolverFormat> solver_format(const std::filesystem::path& path);
 std::filesystem::path solver_file(const std::filesystem::path& path);
 /// "a folder, .foam, .vtu, .msh, .inp or .xdmf", for messages.
 std::string solver_endings();
-/// Whether a format knows polyhedra, and tetrahedra of second order.
+/// Whether a format knows polyhedra, tetrahedra of second order, and groups of faces.
 bool holds_polyhedra(SolverFormat format);
 bool holds_second_order(SolverFormat format);
+bool holds_groups(SolverFormat format);
 
 /// Writes a mesh. Files appear under their names when they are complete; `.xdmf` has a `.h5` beside it.
 /// @param gmsh_version 41 or 22.

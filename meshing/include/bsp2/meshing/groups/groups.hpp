@@ -62,8 +62,6 @@ class Groups {
 
   [[nodiscard]] const std::vector<std::string>& volumes() const { return volumes_; }
   [[nodiscard]] const std::vector<std::string>& groups() const { return groups_; }
-  /// Whether a group is between two parts.
-  [[nodiscard]] const std::vector<bool>& is_interface() const { return is_interface_; }
   /// Names of rules that no face has followed.
   [[nodiscard]] std::vector<std::string> empty_rules() const;
 
@@ -74,9 +72,8 @@ class Groups {
   std::vector<bool> is_followed_;  ///< of each rule
   double tolerance_;
   std::vector<std::string> volumes_, groups_;
-  std::vector<bool> is_interface_;
   std::map<std::int32_t, std::int32_t> volume_of_part_;
-  std::map<std::pair<std::string, bool>, std::int32_t> number_;
+  std::map<std::string, std::int32_t> number_;
 
   [[nodiscard]] std::string name_of(std::int32_t part) const;
   [[nodiscard]] bool has_colour(std::int32_t part, const Rgba& colour) const;

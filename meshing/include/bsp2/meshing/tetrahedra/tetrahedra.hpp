@@ -59,7 +59,13 @@ struct ShapeOptions {
   /// Where so many tetrahedra are to be expected, each part is shaped by itself, and then what is between
   /// them: that is faster, also with one thread.
   double by_parts_from = 40000;
+
+  /// The wanted length in a part, where there is no field.
+  [[nodiscard]] double size_in(std::int32_t part) const;
 };
+
+/// About so many tetrahedra with edges of this length, above 0, fill a volume.
+double count_of_size(double volume, double size);
 
 /// What was done.
 struct ShapeReport {
