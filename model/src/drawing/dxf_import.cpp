@@ -4,6 +4,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <sstream>
 #include <unordered_map>
 
 #include "bsp2/geometry/support/counted.hpp"
@@ -70,7 +71,11 @@ class Joiner {
         used[*next] = true;
         end = other_end(*next, end);
       }
-      if (path.size() < 3) return;
+      if (path.size() < 3) {
+        ++lone_lines_;
+        return;
+      }
+      if (end != start && open_paths_++ == 0) first_open_ = points_[start];
       drawing.paths.corners.insert(drawing.paths.corners.end(), path.begin(), path.end());
       drawing.paths.end_face();
     };
@@ -81,6 +86,21 @@ class Joiner {
       if (!used[i]) trace(i, lines_[i][0]);
     drawing.points = std::move(points_);
     return drawing;
+  }
+
+  /// What has bounded nothing as it was drawn, once all has run; empty if there is none.
+  [[nodiscard]] std::string text_of_open(const std::string& name) const {
+    std::ostringstream text;
+    if (open_paths_ > 0)
+      text << counted(open_paths_, "# path[s] of ") << name
+           << counted(open_paths_,
+                      " [is|are] open, and closed by a straight line; [it|the first one] begins at (")
+           << first_open_[0] << ", " << first_open_[1] << ")";
+    if (open_paths_ > 0 && lone_lines_ > 0) text << "; ";
+    if (lone_lines_ > 0)
+      text << counted(lone_lines_, "# line[s]") << (open_paths_ > 0 ? "" : " of " + name)
+           << counted(lone_lines_, " [bounds|bound] nothing");
+    return text.str();
   }
 
  private:
@@ -100,6 +120,8 @@ class Joiner {
   std::vector<Point> points_;
   std::vector<std::array<std::uint32_t, 2>> lines_;
   std::unordered_map<Place, std::uint32_t, Mixed> taken_;  // points by their place on the grid
+  std::size_t open_paths_ = 0, lone_lines_ = 0;            // these are a line from one point to another
+  Point first_open_{};
 
   std::uint32_t other_end(std::uint32_t line, std::uint32_t end) const {
     return lines_[line][lines_[line][0] == end ? 1 : 0];
@@ -146,6 +168,8 @@ class Drawer {
     }
     PlaneDrawing drawing = joiner_.run();
     if (remarks.warn && !unread_.empty()) remarks.warn(unread_.text(name_, "lines, arcs or splines"));
+    if (const std::string open = joiner_.text_of_open(name_); remarks.note && !open.empty())
+      remarks.note(open);
     return drawing;
   }
 

@@ -205,6 +205,13 @@ TEST_F(DxfDrawing, OpenPolylinesAreClosedByALine) {
   EXPECT_NEAR(area(file_of(light_polyline({{0, 0, 1}, {10, 0, 0}}, false)), {.fn = 100}), segment(5, pi, 50),
               0.05);
   EXPECT_NEAR(area(file_of(old_polyline({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}}, false))), 50, 1e-9);
+  ASSERT_EQ(file_.notes.size(), 1U);
+  EXPECT_EQ(file_.notes[0], "1 path of FILE is open, and closed by a straight line; it begins at (0, 0)");
+  area(file_of(light_polyline({{1, 2, 0}, {9, 2, 0}}, false)));
+  ASSERT_EQ(file_.notes.size(), 1U);
+  EXPECT_EQ(file_.notes[0], "1 line of FILE bounds nothing");
+  area(file_of(light_polyline({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}}, true)));
+  EXPECT_TRUE(file_.notes.empty());
 }
 
 TEST_F(DxfDrawing, PolylinesHaveOnlyTheCornersOfTheirCurve) {
