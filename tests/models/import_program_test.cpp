@@ -15,6 +15,7 @@
 
 #include "support/command.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
@@ -25,14 +26,6 @@ namespace fs = std::filesystem;
 using samples::Ended;
 
 Ended run(const std::string& arguments) { return samples::run_command(BSP2_PROGRAM " " + arguments); }
-
-std::uint64_t next_seed() {
-  static std::mt19937_64 seeds([] {
-    const char* given = std::getenv("BSP2_SEED");
-    return given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device()();
-  }());
-  return seeds();
-}
 
 /// Parts that stand free of each other, each a solid with bites out of it.
 std::string random_model(std::uint64_t seed) {
@@ -80,7 +73,7 @@ TEST_F(ReadAgain, RandomPartsInAllFormats) {
       {".step", {1e-9, true}}, {".iges", {1e-9, true}}, {".3mf", {1e-5, true}},  {".glb", {1e-5, true}},
       {".gltf", {1e-5, true}}, {".vtp", {1e-9, true}},  {".brep", {1e-9, false}}};
   for (int round = 0; round < samples::rounds(2); ++round) {
-    const std::uint64_t seed = next_seed();
+    const std::uint64_t seed = samples::new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     std::ofstream(path("model.csg")) << random_model(seed);
     std::string outputs;
@@ -133,7 +126,7 @@ std::string touching_parts(std::uint64_t seed) {
 /// Each is closed by itself.
 TEST_F(ReadAgain, PartsThatTouchAreObjectsOfTheirOwn) {
   for (int round = 0; round < samples::rounds(8); ++round) {
-    const std::uint64_t seed = next_seed();
+    const std::uint64_t seed = samples::new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     std::ofstream(path("model.csg")) << touching_parts(seed);
     const std::string file = path("out.3mf");
@@ -209,7 +202,7 @@ TEST_F(ReadAgain, WhatBelongsToNoPartIsCalledThat) {
 
 /// What is damaged is one message with the name of the file, and code 2.
 TEST_F(ReadAgain, DamagedFilesAreOneMessage) {
-  std::ofstream(path("model.csg")) << random_model(next_seed());
+  std::ofstream(path("model.csg")) << random_model(samples::new_seed());
   std::string outputs;
   const std::array<const char*, 7> endings{".step", ".iges", ".brep", ".3mf", ".glb", ".gltf", ".vtp"};
   for (const char* ending : endings) outputs += " --boundary " + path(std::string("out") + ending);

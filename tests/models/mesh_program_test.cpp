@@ -23,6 +23,7 @@
 
 #include "support/command.hpp"
 #include "support/listening.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
@@ -388,8 +389,7 @@ TEST_F(CheckedMesh, WhatIsWrongIsToldInOneSentence) {
   const std::vector<std::string> right = lines();
   const auto tetrahedra = report().at("cells").get<std::uint64_t>();
   ASSERT_GT(tetrahedra, 1U);
-  const char* given = std::getenv("BSP2_SEED");
-  const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
+  const std::uint64_t seed = samples::new_seed();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
   std::mt19937_64 random(seed);
   const std::size_t chosen = right.size() - 2 - static_cast<std::size_t>(random() % tetrahedra);

@@ -19,6 +19,7 @@
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "support/listening.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace {
@@ -218,7 +219,7 @@ TEST_F(Jobs, AreDividedWhereBothHalvesHaveSomethingToDo) {
 /// Workers are killed at random moments while others go on; jobs are taken again, and some are evaluated
 /// twice.
 TEST_F(Jobs, SurviveTheirWorkers) {
-  const auto seed = std::random_device{}();
+  const auto seed = bsp2::samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const std::vector<std::string> options{"--regions", "8"};
@@ -253,7 +254,7 @@ TEST_F(Jobs, OfManySmallRegionsSurviveKills) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "workers are killed before they have begun";
 #endif
-  const auto seed = std::random_device{}();
+  const auto seed = bsp2::samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const std::vector<std::string> options{"--regions", "2048"};

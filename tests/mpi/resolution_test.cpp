@@ -16,6 +16,7 @@
 #include "ranks/exchange.hpp"
 #include "resolution/equal_breps.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::supersteps {
@@ -138,8 +139,7 @@ std::string random_parts(std::mt19937_64& random) {
 
 /// With cells and without, of parts that touch too: the complex, and the surface beside it.
 TEST(Resolution, FindsTheSameFacesOnAnyNumberOfRanks) {
-  std::uint64_t seed = std::random_device()();
-  if (const char* given = std::getenv("BSP2_SEED")) seed = std::strtoull(given, nullptr, 10);
+  std::uint64_t seed = samples::new_seed();
   {
     Ranks ranks = Ranks::launched();
     ranks.together([&] { broadcast(ranks, seed); });
@@ -260,8 +260,7 @@ std::string random_solids(std::mt19937_64& random) {
 
 /// Found with and without cells, put together by all ranks and threads: byte for byte that of one thread.
 TEST(Resolution, PutsTheSameSurfaceTogetherOnAnyRanksAndThreads) {
-  std::uint64_t seed = std::random_device()();
-  if (const char* given = std::getenv("BSP2_SEED")) seed = std::strtoull(given, nullptr, 10);
+  std::uint64_t seed = samples::new_seed();
   {
     Ranks ranks = Ranks::launched();
     ranks.together([&] { broadcast(ranks, seed); });

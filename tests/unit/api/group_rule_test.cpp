@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
 #include <random>
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::api {
 namespace {
@@ -27,8 +27,7 @@ std::string message_of(const std::string& text) {
 
 /// A sum is written with its terms in any order and spacing, and read.
 TEST(GroupRule, HalfSpacesAreReadAsTheyAreWritten) {
-  const char* given = std::getenv("BSP2_SEED");
-  const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
+  const std::uint64_t seed = samples::new_seed();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
   std::mt19937_64 random(seed);
   const auto pick = [&](int least, int most) { return std::uniform_int_distribution(least, most)(random); };

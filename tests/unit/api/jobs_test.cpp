@@ -11,17 +11,11 @@
 
 #include "bsp2/bsp2.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2 {
 namespace {
-
-/// BSP2_SEED in the environment, or another one each time.
-std::uint32_t seed() {
-  const char* given = std::getenv("BSP2_SEED");
-  return given != nullptr ? static_cast<std::uint32_t>(std::strtoul(given, nullptr, 10))
-                          : std::random_device{}();
-}
 
 /// Boxes in random places, one minus the next and so on.
 Expression random_boxes(std::mt19937& random, int count) {
@@ -37,7 +31,7 @@ Expression random_boxes(std::mt19937& random, int count) {
 }
 
 TEST(JobQueue, HasTheCellsOfAnEvaluation) {
-  const std::uint32_t chosen = seed();
+  const std::uint32_t chosen = samples::new_seed();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(chosen));
   std::mt19937 random(chosen);
   for (int round = 0; round < samples::rounds(4); ++round) {
@@ -72,7 +66,7 @@ TEST(JobQueue, HasTheCellsOfAnEvaluation) {
 
 TEST(JobQueue, WhatIsMissingMayStayFuzzy) {
   const samples::TemporaryFolder folder;
-  const std::uint32_t chosen = seed();
+  const std::uint32_t chosen = samples::new_seed();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(chosen));
   std::mt19937 random(chosen);
   const Expression solid = random_boxes(random, 12);
@@ -102,7 +96,7 @@ TEST(JobQueue, StopsAndRefusesWhatMakesNoSense) {
 }
 
 TEST(ClusterTables, NodesShareTheCells) {
-  const std::uint32_t chosen = seed();
+  const std::uint32_t chosen = samples::new_seed();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(chosen));
   std::mt19937 random(chosen);
   const Expression solid = random_boxes(random, 12);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bsp2/bsp2.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2 {
@@ -23,11 +24,6 @@ std::string text_in(const fs::path& path) {
   std::ostringstream text;
   text << std::ifstream(path).rdbuf();
   return text.str();
-}
-
-unsigned seed_of_outputs() {
-  const char* given = std::getenv("BSP2_SEED");
-  return given != nullptr ? static_cast<unsigned>(std::atoi(given)) : std::random_device{}();
 }
 
 /// Boxes at random, some of them holes, in two parts.
@@ -85,7 +81,7 @@ TEST(Outputs, ThatCannotBeAreTold) {
 
 /// What an evaluation writes on its way is what its result writes, and holds nothing then.
 TEST(Outputs, AreWhatAResultWrites) {
-  const unsigned seed = seed_of_outputs();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
   std::mt19937 random(seed);
   const samples::TemporaryFolder folder;
@@ -237,7 +233,7 @@ TEST(Outputs, AnimationsAreThoseOfAResult) {
 
 /// The report says the same in another form, a snapshot what was known when it was written.
 TEST(Figures, AreThoseOfReportAndSnapshot) {
-  const unsigned seed = seed_of_outputs();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
   std::mt19937 random(seed);
   const samples::TemporaryFolder folder;

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "bsp2/supersteps/loop/run.hpp"
+#include "support/seeds.hpp"
 
 // What tests of the viewer need: messages as a page reads them, and models that are random.
 
@@ -80,8 +80,7 @@ inline double volume_of(const std::vector<Point>& points, std::span<const std::i
 }
 
 inline std::uint32_t seed_of_test() {
-  const char* given = std::getenv("BSP2_SEED");
-  const auto seed = given != nullptr ? static_cast<std::uint32_t>(std::stoul(given)) : std::random_device{}();
+  const auto seed = samples::new_seed();
   ::testing::Test::RecordProperty("seed", static_cast<int>(seed));
   return seed;
 }

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -32,7 +33,7 @@ BspTree random_line_tree(std::mt19937& random, const std::vector<double>& cuts) 
 }
 
 TEST(BspTree, LocatesPointsAndVisitsLeavesBackToFront) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);

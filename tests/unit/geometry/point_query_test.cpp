@@ -8,6 +8,7 @@
 #include <random>
 
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -85,7 +86,7 @@ double nearest_of_all(const std::vector<HalfSpace<D>>& half_spaces) {
 
 template <int D>
 void compare_with_all_subsets() {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "dimension " << D << ", seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-4, 4);
@@ -153,7 +154,7 @@ void measure_a_cube() {
   tree.nodes.back().negative = ~1;
   tree.root = 0;
   const PointQuery<D> query(table, tree, {Label::in});
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "dimension " << D << ", seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-3, 6), within(1, 2);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -30,7 +31,7 @@ void expect_same_long_double(Float128 x) {
 }
 
 TEST(Float128, IsMadeFromDoublesOfEveryKind) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937_64 random(seed);
   const auto check = [](double x) {
@@ -47,7 +48,7 @@ TEST(Float128, IsMadeFromDoublesOfEveryKind) {
 }
 
 TEST(Float128, IsRoundedToLongDoubleAsTheLibraryDoes) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937_64 random(seed);
   for (int round = 0; round < samples::rounds(200000); ++round) {

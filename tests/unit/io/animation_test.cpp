@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::io {
@@ -70,8 +71,7 @@ std::string read(const fs::path& path) {
 
 /// https://www.w3.org/TR/png-3/: what a player sees are the pictures, one after the other.
 TEST(Animation, ApngHoldsItsPicturesInOrder) {
-  const char* given = std::getenv("BSP2_SEED");
-  const auto seed = given != nullptr ? static_cast<unsigned>(std::atoi(given)) : std::random_device{}();
+  const auto seed = samples::new_seed();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
   std::mt19937 random(seed);
   samples::TemporaryFolder folder;

@@ -11,6 +11,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "support/full_disk.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::io {
@@ -22,7 +23,7 @@ class SnapshotOfASurface : public testing::Test {
  protected:
   samples::TemporaryFolder folder_;
   fs::path path_ = folder_.path() / "run.h5";
-  std::mt19937 random_{std::random_device{}()};
+  std::mt19937 random_{samples::new_seed()};
 
   SnapshotOfASurface() { write(); }
   void write() const {

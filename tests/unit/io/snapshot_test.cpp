@@ -17,6 +17,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "files/replacing.hpp"
 #include "support/full_disk.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::io {
@@ -175,7 +176,7 @@ class SnapshotFile : public ::testing::Test {
  protected:
   bsp2::samples::TemporaryFolder folder_;
   fs::path path_ = folder_.path() / "run.h5";
-  std::mt19937 random_{std::random_device{}()};
+  std::mt19937 random_{samples::new_seed()};
 
   [[nodiscard]] std::string bytes() const {
     std::ifstream in(path_, std::ios::binary);

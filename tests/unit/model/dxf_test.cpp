@@ -15,6 +15,7 @@
 #include "bsp2/model/expression/csg.hpp"
 #include "model/drawing_helpers.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -153,7 +154,7 @@ TEST_F(DxfDrawing, Cases) {
 
 /// Polygons with arcs for sides, of both kinds of polylines, at random.
 TEST_F(DxfDrawing, BulgesAreArcs) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const auto number = [&](double low, double high) {
@@ -330,7 +331,7 @@ SplineEntity random_spline(std::mt19937& random, bool is_closed) {
 }
 
 TEST_F(DxfDrawing, SplinesAreWhatTheirBasisFunctionsSay) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(40); ++round) {
@@ -368,7 +369,7 @@ TEST_F(DxfDrawing, ARationalSplineIsACircle) {
 
 /// Without control points it goes through its fit points.
 TEST_F(DxfDrawing, SplinesGoThroughTheirFitPoints) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(30); ++round) {
@@ -507,7 +508,7 @@ class Blocks {
 };
 
 TEST_F(DxfDrawing, BlocksAreInserted) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   for (int round = 0; round < samples::rounds(60); ++round) {
     Blocks blocks(seed + static_cast<unsigned>(round));
@@ -775,7 +776,7 @@ TEST_F(DxfDrawing, BombsAreRefusedAtOnce) {
 
 /// A drawing with everything, damaged at random, is an error or another drawing; never anything else.
 TEST_F(DxfDrawing, DamagedDrawingsAreErrorsOrDrawings) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::string entities;

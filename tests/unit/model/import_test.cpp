@@ -13,6 +13,7 @@
 
 #include "model/drawing_helpers.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -120,7 +121,7 @@ TEST(Svg, LinesAreAsWideAsTheirStrokes) {
 
 /// Random trees of groups: what is wanted, by a walk of its own.
 TEST(Svg, ElementsAndLayersAreSelected) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const samples::TemporaryFolder folder;

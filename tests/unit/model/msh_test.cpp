@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -23,6 +22,7 @@
 #include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::model {
@@ -253,8 +253,7 @@ class RandomSolid {
 
 /// The mesh of a solid and that of its surface enclose what its tetrahedra have together.
 TEST(Msh, RandomSolidsKeepTheirVolume) {
-  const char* given = std::getenv("BSP2_SEED");
-  const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
+  const std::uint64_t seed = samples::new_seed();
   SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
   Random random(seed);
   for (int round = 0; round < samples::rounds(200); ++round) {

@@ -12,6 +12,7 @@
 
 #include "model/drawing_helpers.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -128,7 +129,7 @@ TEST_F(SvgDrawing, WhatStylesSayAndNobodyReadsIsTold) {
 
 /// Beside a walk of its own over a random tree.
 TEST_F(SvgDrawing, VisibilityIsInherited) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(50); ++round) {
@@ -379,7 +380,7 @@ TEST_F(SvgDrawing, LengthsAndPathsThatAreNotReadAreTold) {
 
 /// A drawing with everything, damaged at random, is an error or another drawing; never anything else.
 TEST_F(SvgDrawing, DamagedDrawingsAreErrorsOrDrawings) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const std::string sound =

@@ -9,6 +9,7 @@
 
 #include "bsp2/supersteps/loop/run.hpp"
 #include "render/camera.hpp"
+#include "support/seeds.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::supersteps {
@@ -94,13 +95,13 @@ void compare_with_the_boundary(const fs::path& model, unsigned seed) {
 }
 
 TEST(Query, AgreesWithTheTrianglesOfTheBoundary) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   for (const char* name : {"mechanical_piece", "menger_sponge"})
     compare_with_the_boundary(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), seed);
 }
 
 TEST(Query, AgreesWithTheBoundaryOfARandomModel) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   std::mt19937 random(seed);
   const samples::TemporaryFolder folder;
   const fs::path model = folder.path() / "model.csg";

@@ -13,6 +13,7 @@
 #include "mesh/predicates.hpp"
 #include "model/helpers.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -110,7 +111,7 @@ TEST(Cleaning, LeavesWhatIsCleanByteForByte) {
 }
 
 TEST(Cleaning, TakesAwayWhatIsShorterOrThinner) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(60); ++round) {
@@ -194,7 +195,7 @@ TriangleSurface outside_of(const TriangleSurface& surface) {
 }
 
 TEST(Cleaning, MovesWhatIsBetweenPartsForBoth) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   int changed = 0;
@@ -238,7 +239,7 @@ TEST(Cleaning, MovesWhatIsBetweenPartsForBoth) {
 
 /// Lengths near those of whole parts: these vanish, or are left, but are never inside out.
 TEST(Cleaning, TurnsNothingInsideOut) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -324,7 +325,7 @@ TEST(Cleaning, MeasuresByTheCoordinatesOfThePlace) {
 
 /// A hundred walls thinner than the length: what would cross stays.
 TEST(Cleaning, NeverMakesASurfaceCrossItself) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -358,7 +359,7 @@ TEST(Cleaning, NeverMakesASurfaceCrossItself) {
 /// Two cubes that go through each other as one surface: what is short goes all the same, and where they cross
 /// is told.
 TEST(Cleaning, GoesOnWhereASurfaceCrossesItselfBefore) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uint64_t merged = 0, crossing = 0;

@@ -11,6 +11,7 @@
 #include "mesh/mesh_crossing.hpp"
 #include "model/helpers.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -47,7 +48,7 @@ bool goes_through(const Point3& p, const Point3& q, const Point3& a, const Point
 }
 
 TEST(Crossing, IsFoundWhereAnEdgeGoesThroughATriangle) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> coordinate(0, 1);
@@ -168,7 +169,7 @@ TEST(Crossing, IsFoundWhereEdgesOnlyMeetEdges) {
 
 /// On a small grid, where edges meet edges and corners, and corners lie in faces.
 TEST(Crossing, IsFoundWhereConvexSolidsShareSpace) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(3000); ++round) {
@@ -181,7 +182,7 @@ TEST(Crossing, IsFoundWhereConvexSolidsShareSpace) {
 
 /// Of many boxes: any two that cross are found, by any number of threads, and the same place is told.
 TEST(Crossing, IsTheSameForAnyThreads) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   int crossing = 0;

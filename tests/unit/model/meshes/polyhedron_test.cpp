@@ -16,6 +16,7 @@
 #include "mesh/mesh_repair.hpp"
 #include "model/helpers.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -151,7 +152,7 @@ TEST(Polyhedron, BoxIsASolidWhicheverWayItIsWound) {
 }
 
 TEST(Polyhedron, NonConvexFacesKeepTheVolume) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(300); ++round) {
@@ -192,7 +193,7 @@ TEST(Polyhedron, UnevenFacesAreCutAsByOpenScad) {
 }
 
 TEST(Polyhedron, UnevenFacesDoNotDependOnWhereTheyStart) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -216,7 +217,7 @@ TEST(Polyhedron, UnevenFacesDoNotDependOnWhereTheyStart) {
 }
 
 TEST(Polyhedron, TriangulationHasNoFlippedTriangleInAPlane) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(100); ++round) {
@@ -232,7 +233,7 @@ TEST(Polyhedron, TriangulationHasNoFlippedTriangleInAPlane) {
 }
 
 TEST(Polyhedron, TVerticesClose) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(300); ++round) {
@@ -250,7 +251,7 @@ TEST(Polyhedron, TVerticesClose) {
 }
 
 TEST(Polyhedron, AnOpenEdgeIsNamed) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(100); ++round) {
@@ -428,7 +429,7 @@ TEST(Polyhedron, FacesOfManyCorners) {
 }
 
 TEST(Polyhedron, AnyFacesAreAClosedMeshOrAnError) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   int solids = 0;
@@ -490,7 +491,7 @@ TEST(Repair, LeavesSolidsAlone) {
 /// Prisms over stars with a face too many, too few, or the wrong way round are the prisms again: every face
 /// is flat.
 TEST(Repair, MakesAPrismAgain) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(150); ++round) {
@@ -518,7 +519,7 @@ TEST(Repair, MakesAPrismAgain) {
 
 /// Closed faces that bound no solid: prisms inside out, and ones of which every face is there several times.
 TEST(Repair, NamesClosedMeshesThatAreInsideOutOrThereTwice) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(100); ++round) {

@@ -18,6 +18,7 @@
 #include "mesh/mesh_closing.hpp"
 #include "mesh/mesh_triangulation.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -26,12 +27,6 @@ using Random = std::mt19937;
 
 double uniform(Random& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
-}
-
-std::uint32_t new_seed() {
-  if (const char* given = std::getenv("BSP2_SEED"))
-    return static_cast<std::uint32_t>(std::strtoul(given, nullptr, 10));
-  return std::random_device{}();
 }
 
 /// Triangles seen from outside counter-clockwise.
@@ -252,7 +247,7 @@ void expect_the_same_part(const char* name, Make make, std::size_t facets, const
 }
 
 TEST(Repair, IsTheSamePartWhateverIsWrong) {
-  const std::uint32_t seed = new_seed();
+  const std::uint32_t seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   std::size_t most = 6000;
@@ -274,7 +269,7 @@ TEST(Repair, IsTheSamePartWhateverIsWrong) {
 
 /// Two neighbours are missing, within a plane or across an edge of the box: the box comes out as it was.
 TEST(Repair, AnEdgeGoesOnThroughAHole) {
-  const std::uint32_t seed = new_seed();
+  const std::uint32_t seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   const Surface box = prism({{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}, {}, 2, 2);
@@ -308,7 +303,7 @@ TEST(Repair, AnEdgeGoesOnThroughAHole) {
 /// Of whatever triangles, in a heap or far apart, with corners on a grid or not, a closed mesh is made, or
 /// nothing.
 TEST(Repair, AHeapOfTrianglesIsClosedOrLeftOut) {
-  const std::uint32_t seed = new_seed();
+  const std::uint32_t seed = samples::new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   const std::clock_t start = std::clock();

@@ -13,6 +13,7 @@
 #include "mesh/mesh_crossing.hpp"
 #include "model/helpers.hpp"
 #include "support/rounds.hpp"
+#include "support/seeds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -95,7 +96,7 @@ struct Nest {
 };
 
 TEST(Shells, GoodNestsStayAsTheyAreAndTurnedOnesAreTurnedBack) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::size_t most = 0, all_turned = 0;
@@ -138,7 +139,7 @@ TEST(Shells, GoodNestsStayAsTheyAreAndTurnedOnesAreTurnedBack) {
 /// Two boxes as one mesh, beside intervals: they cross unless they are apart, touch, or one lies strictly in
 /// the other.
 TEST(Shells, BoxesThatShareSpaceCrossOrAreNested) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   int crossing = 0, nested = 0;
@@ -240,7 +241,7 @@ TEST(Shells, AreTurnedHoweverTheirWallsAreCut) {
 
 /// So deep that lines are rationed: all shells are still told apart, whichever of them are turned.
 TEST(Shells, ADeepNestIsToldApart) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = samples::new_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const int count = 2 * samples::rounds(200);
