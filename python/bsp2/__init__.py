@@ -153,8 +153,8 @@ def evaluate(model, *, progress=False, stop=None, ranks=None, **options):
     return _found(_bsp2._evaluate, model, progress, stop, ranks, _checked(options))
 
 
-def resume(snapshot, *, progress=False, stop=None, ranks=None, **options):
-    """Goes on from a snapshot, whoever wrote it; otherwise as `evaluate`."""
+def resume(snapshot, /, *, progress=False, stop=None, ranks=None, **options):
+    """Goes on from a snapshot, whoever wrote it; otherwise as `evaluate`. `snapshot=` is where it is written, none: nowhere."""
     return _found(_bsp2._resume, snapshot, progress, stop, ranks, _checked(options))
 
 

@@ -176,6 +176,7 @@ def evaluate(
 ) -> Result: ...
 def resume(
     snapshot: _Path,
+    /,
     *,
     progress: _Progress = False,
     stop: Optional[Callable[[], bool]] = None,

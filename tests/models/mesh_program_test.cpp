@@ -275,6 +275,30 @@ TEST_F(MeshProgram, SizesAreReadFromATable) {
   }
 }
 
+/// A field in another unit than the model's.
+TEST_F(MeshProgram, FieldsThatWouldMakeTooManyTetrahedraAreRefused) {
+  const fs::path table = folder_.path() / "sizes.txt";
+  std::ofstream(table) << "0 0 0 1e-6\n";
+  const Ended much = run("a.msh", "--size 1 --size-field " + table.string());
+  EXPECT_EQ(much.code, 2) << much.text;
+  EXPECT_NE(much.text.find("sizes are in the units of the model"), std::string::npos) << much.text;
+  std::ofstream(table) << "0 0 0 1e-6\n1e-5 1e-5 1e-5 1\n";  // one small place is no mistake
+  const Ended little = run("a.msh", "--size 1 --size-field " + table.string());
+  EXPECT_EQ(little.code, 0) << little.text;
+}
+
+/// Names are of one line, and a group is not all nodes.
+TEST_F(MeshProgram, NamesStandInFilesAsTheyMust) {
+  std::ofstream(model_) << "part(name=\"new\\nline\") cube([2, 2, 1]);\n";
+  ASSERT_EQ(run("a.msh", "--size 1").code, 0);
+  const Ended checked = mesh("--check " + (folder_.path() / "a.msh").string());
+  EXPECT_EQ(checked.code, 0) << checked.text;
+  ASSERT_EQ(run("a.inp", "--size 1 --group 'all=x==min'").code, 0);
+  const std::string inp = content_of(folder_.path() / "a.inp");
+  EXPECT_NE(inp.find("*NODE, NSET=all\n"), std::string::npos);
+  EXPECT_NE(inp.find("*NSET, NSET=all_2\n"), std::string::npos);
+}
+
 TEST_F(MeshProgram, MistakesAreToldInOneMessage) {
   const std::array<std::array<const char*, 3>, 8> wrong{
       {{"a.xyz", "", "must end in"},

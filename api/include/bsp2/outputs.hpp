@@ -123,6 +123,7 @@ struct Outputs {
   std::optional<std::filesystem::path> series;  ///< .pvd: the cells of each step, over time
   std::optional<SolverMeshOutput> solver_mesh;
   std::optional<DrawingOutput> drawing;
+  std::vector<std::filesystem::path> read;  ///< files that options came from: none of them is written
   /// A folder that shows this evaluation alone: what of the names below is not written there this time goes,
   /// be it of an earlier one. What these names stand for and the model's dimension does not allow is left
   /// out, with a warning.

@@ -179,6 +179,9 @@ std::vector<std::string> draw(const Expression& expression, const std::vector<st
 
 Result resume(const std::filesystem::path& snapshot, const Options& options, const Ranks& ranks) {
   return guarded([&] {
+    if (options.curved || options.parts_by_colour || options.coincidence != Options().coincidence ||
+        !options.size_field.empty())
+      throw Error("curved, parts_by_colour, coincidence and size_field are those of the snapshot: leave them out");
     supersteps::RunOptions run = run_options(options);
     run.resume = snapshot;
     return found(std::move(run), options, ranks, std::nullopt, {});

@@ -1,12 +1,11 @@
 #include "bsp2/formats.hpp"
 
-#include <fstream>
-
 #include "bsp2/api/evaluation/ranks.hpp"
 #include "bsp2/api/products/drawings.hpp"
 #include "bsp2/api/products/group_rule.hpp"
 #include "bsp2/io/outputs/animation.hpp"
 #include "bsp2/io/outputs/sheet.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/model/expression/csg.hpp"
@@ -37,14 +36,7 @@ FileFormat file_format(const std::filesystem::path& path) {
   });
 }
 
-bool is_snapshot(const std::filesystem::path& file) {
-  if (file.extension() == ".h5") return true;
-  std::error_code none;
-  if (!std::filesystem::is_regular_file(file, none)) return false;  // a pipe can be read once
-  char bytes[4] = {};                                               // of HDF5
-  std::ifstream(file, std::ios::binary).read(bytes, sizeof bytes);
-  return std::string_view(bytes, sizeof bytes) == "\x89HDF";
-}
+bool is_snapshot(const std::filesystem::path& file) { return file.extension() == ".h5" || io::is_hdf5(file); }
 
 Endings endings() {
   return guarded([] { return Endings{io::surface_endings(), io::plane_endings(), io::solver_endings()}; });

@@ -59,12 +59,19 @@ supersteps::RunOptions run_options(const Options& options) {
   check_positive("tolerance", options.tolerance);
   check_positive("angle", options.angle);
   check_positive("budget", options.budget);
+  if (options.timeout && !(*options.timeout >= 0 && std::isfinite(*options.timeout)))
+    throw Error("timeout is " + Value(*options.timeout).text() + "; it takes a number of seconds, 0: never");
+  for (const double x : options.eye)
+    if (!std::isfinite(x)) throw Error("eye has a number that is not finite");
   if (!(options.coincidence >= 0 && options.coincidence <= 1e-3))
     throw Error("coincidence is " + Value(options.coincidence).text() +
                 "; it takes a number from 0 to 0.001");
   if (!options.keep_in && !options.keep_fuzzy && !options.keep_out)
     throw Error("no cells are kept at all; measures_only is for that");
-  constexpr unsigned most_regions = 1U << 20, most_level = 65535;
+  constexpr unsigned most_regions = 1U << 20, most_level = 65535, most_threads = 4096;
+  if (options.threads > most_threads)
+    throw Error("threads is " + std::to_string(options.threads) + "; it takes 0 to " +
+                std::to_string(most_threads));
   if (options.regions && (*options.regions < 1 || *options.regions > most_regions))
     throw Error("regions is " + std::to_string(*options.regions) + "; it takes 1 to " +
                 std::to_string(most_regions));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <system_error>
 
@@ -19,6 +20,7 @@
 #include "bsp2/io/outputs/vtu.hpp"
 #include "outputs/drawings.hpp"
 #include "outputs/film.hpp"
+#include "outputs/model_files.hpp"
 #include "outputs/pictures.hpp"
 
 namespace bsp2::api {
@@ -30,6 +32,18 @@ bool are_one_file(const fs::path& a, const fs::path& b) {
   std::error_code unknown;
   return fs::weakly_canonical(fs::absolute(a, unknown), unknown) ==
          fs::weakly_canonical(fs::absolute(b, unknown), unknown);
+}
+
+/// What is written beside the files of `files_of`, under names that follow from theirs.
+std::vector<fs::path> companions_of(const Writing& writing) {
+  std::vector<fs::path> files;
+  if (writing.files.solver_mesh) {
+    files = io::solver_files(writing.files.solver_mesh->file);
+    files.erase(files.begin());  // which is the one of `files_of`
+  }
+  for (const fs::path& surface : writing.files.surfaces)
+    if (surface.extension() == ".obj") files.push_back(fs::path(surface).replace_extension(".mtl"));
+  return files;
 }
 
 /// Each output needs a name of its own.
@@ -45,6 +59,7 @@ void check_names(const Writing& writing) {
     files.push_back(*file);
   };
   for (const auto& file : files_of(writing)) add(file);
+  for (const auto& file : companions_of(writing)) add(file);
   add(writing.run.snapshot);
   const auto& copy = writing.files.snapshot;
   if (copy && !(writing.run.snapshot && are_one_file(*copy, *writing.run.snapshot)))
@@ -53,6 +68,42 @@ void check_names(const Writing& writing) {
 
 void check_ending(const fs::path& file, bool is_known, const std::string& endings) {
   if (!is_known) throw Error("cannot write '" + file.string() + "': it must end in " + endings);
+}
+
+/// No file that is read is written: the input, what the model imports, what options came from. A snapshot may
+/// go on in its own file, and take the place of snapshots alone.
+void check_inputs(const Writing& writing) {
+  const auto is_there = [](const fs::path& file) {
+    std::error_code none;
+    return fs::is_regular_file(file, none);
+  };
+  std::vector<fs::path> files = files_of(writing), snapshots;
+  for (const fs::path& file : companions_of(writing)) files.push_back(file);
+  for (const auto& snapshot : {writing.run.snapshot, writing.files.snapshot})
+    if (snapshot) snapshots.push_back(*snapshot);
+  std::erase_if(files, std::not_fn(is_there));
+  std::erase_if(snapshots, std::not_fn(is_there));
+  if (files.empty() && snapshots.empty()) return;
+  const auto refuse = [](const fs::path& file, const fs::path& input, const char* why) {
+    std::error_code none;
+    if (fs::equivalent(file, input, none)) throw Error("cannot write '" + file.string() + "': " + why);
+  };
+  std::vector<fs::path> inputs = writing.files.read;
+  if (writing.run.resume) inputs.push_back(*writing.run.resume);
+  if (!writing.run.model.empty()) inputs.push_back(writing.run.model);
+  std::vector<fs::path> of_model;
+  if (!writing.run.model.empty()) of_model = files_of_model(writing.run.model);
+  for (const fs::path& file : files) {
+    for (const fs::path& input : inputs) refuse(file, input, "it is the input itself");
+    for (const fs::path& input : of_model) refuse(file, input, "the model is made of it");
+  }
+  for (const fs::path& file : snapshots) {
+    if (writing.run.resume && are_one_file(file, *writing.run.resume)) continue;
+    for (const fs::path& input : inputs) refuse(file, input, "it is the input itself");
+    if (!fs::is_empty(file) && !io::is_hdf5(file))
+      throw Error("cannot write the snapshot '" + file.string() +
+                  "': there is a file that is no snapshot; remove it first");
+  }
 }
 
 /// What the program has told in words of its own already.
@@ -101,6 +152,7 @@ std::vector<fs::path> files_of(const Writing& writing) {
 void check_files(const Writing& writing) {
   check_formats(writing);
   check_names(writing);
+  check_inputs(writing);
   if (writing.files.folder) io::check_folder(*writing.files.folder);
   for (const auto& snapshot : {writing.run.snapshot, writing.files.snapshot})
     if (snapshot) io::check_snapshot_path(*snapshot);
@@ -111,6 +163,7 @@ void check_files(const Writing& writing) {
   if (writing.files.drawing) check_drawing(*writing.files.drawing, writing.dashes);
   if (writing.files.frames) io::check_folder(io::folder_of(frame_path(*writing.files.frames, 0)));
   for (const fs::path& file : files_of(writing)) {
+    if (io::is_stream(file)) continue;
     io::check_folder(io::folder_of(file));
     std::error_code error;
     if (!file.has_filename() || fs::is_directory(file, error))
@@ -119,8 +172,6 @@ void check_files(const Writing& writing) {
       throw Error("cannot write '" + file.string() + "': " + error.message());
     if (fs::exists(file, error) && ::access(file.c_str(), W_OK) != 0)
       throw Error("cannot write '" + file.string() + "': " + std::generic_category().message(errno));
-    if (fs::equivalent(file, writing.run.resume.value_or(writing.run.model), error))
-      throw Error("cannot write '" + file.string() + "': it is the input itself");
   }
 }
 

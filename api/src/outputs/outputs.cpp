@@ -100,6 +100,19 @@ void write_boundary(const Writing& writing, const fs::path& path, supersteps::Ru
                 (d == 2 ? "; the outlines of plane models are written as " + io::plane_endings() : ""));
 }
 
+/// A closed surface looks like all of the solid.
+void tell_incomplete(const Writing& writing, supersteps::RunReport& report, supersteps::Ranks& ranks) {
+  if (report.complete || writing.files.surfaces.empty()) return;
+  ranks.agree([&] {
+    if (!ranks.is_master()) return;
+    const std::string text = fmt::format(
+        "the run is not complete: '{}' is the surface of what is inside for sure so far, of a volume of {:.6g}",
+        writing.files.surfaces.front().filename().string(), report.in_volume);
+    if (writing.run.strict) throw Error(text + "; " + writing.dashes + "strict turns warnings into errors");
+    report.warnings.push_back(text);
+  });
+}
+
 /// Who wants nothing but files gets none of what is ended.
 void end_if_over(const Writing& writing) {
   if (writing.cells_go && geometry::Interruption::is_over()) throw geometry::Interrupted();
@@ -379,6 +392,7 @@ supersteps::RunResult write_run(const Writing& writing, supersteps::Ranks& ranks
     if (failed) result.report.failed.push_back(*failed);
   if (result.report.interrupted) return result;
   end_if_over(writing);
+  tell_incomplete(writing, result.report, ranks);
   if (writing.files.drawing) write_drawing(writing, result, ranks, evaluate, written);
   if (!cells_are_written) write_cells(writing, result, ranks);
   if (writing.files.solver_mesh && !result.report.interrupted) mesh_cells(writing, result, ranks, written);

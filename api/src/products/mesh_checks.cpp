@@ -3,6 +3,7 @@
 
 #include "bsp2/api/products/solver_mesh.hpp"
 #include "bsp2/expression.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
 
 namespace bsp2::api {
@@ -46,6 +47,10 @@ void check_mesh_file(const std::filesystem::path& path, bool is_of_polyhedra, bo
     throw Error("cannot write '" + path.string() +
                 "' with second_order: only tetrahedra in .msh, .inp, .xdmf and .vtu files may have points in "
                 "the middle of edges");
+  for (const std::filesystem::path& file : io::solver_files(path))
+    if (io::is_snapshot(file))
+      throw Error("cannot write '" + path.string() + "': its data would take the place of '" + file.string() +
+                  "', which is a snapshot; give the mesh another name");
   if (gmsh_version != 41 && gmsh_version != 22) throw Error("gmsh_version is 41 or 22");
   if (gmsh_version != 41 && *format != io::SolverFormat::gmsh)
     throw Error("cannot write '" + path.string() + "' with gmsh_version: that is of .msh files");

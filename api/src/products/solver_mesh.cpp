@@ -260,21 +260,12 @@ class SolverMeshMaker {
   void refuse_too_many(const meshing::ShapeOptions& options) const {
     constexpr double most = 1e9;
     if (!(options.size > 0)) return;
-    const std::size_t parts = options.size_of_part.size();
-    const std::vector<double> volumes = meshing::volumes_of(mesh_.tetrahedra, parts);
-    double count = 0, of_finest = 0, finest = options.size;
-    for (std::size_t part = 0; part <= parts; ++part) {
-      const double size = options.size_in(static_cast<std::int32_t>(part)),
-                   own = meshing::count_of_size(volumes[part], size);
-      if (own > of_finest) finest = size;
-      of_finest = std::max(of_finest, own);
-      count += own;
-    }
+    const auto [count, length] = meshing::expected_count(mesh_.tetrahedra, options);
     if (count > most)
       throw Error(
           fmt::format("edges of {:.3g} would make some {:.1e} tetrahedra, and more than {:.0e} are not made; "
                       "sizes are in the units of the model",
-                      finest, count, most));
+                      length, count, most));
   }
 
   /// @param rather_than_flat what was absorbed instead.

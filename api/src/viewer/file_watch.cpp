@@ -3,56 +3,11 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
-#include <string>
-#include <string_view>
+
+#include "outputs/model_files.hpp"
 
 namespace bsp2::api {
-namespace {
-
 namespace fs = std::filesystem;
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// What stands between two marks, in one line.
-template <class Use>
-void for_each_between(std::string_view text, char first, char last, const Use& use) {
-  constexpr std::size_t longest = 4096;
-  for (std::size_t at = text.find(first); at != std::string_view::npos; at = text.find(first, at)) {
-    const std::size_t end = text.find_first_of(std::string{last, '\n'}, at + 1);
-    if (end == std::string_view::npos) return;
-    if (text[end] == last && end > at + 1 && end - at < longest) use(text.substr(at + 1, end - at - 1));
-    at = text[end] == last ? end + 1 : end;
-  }
-}
-
-bool is_source(const fs::path& file) { return file.extension() == ".scad" || file.extension() == ".csg"; }
-
-}  // namespace
-
-std::vector<fs::path> files_of_model(const fs::path& model) {
-  std::vector<fs::path> files{model};
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    if (!is_source(files[i])) continue;
-    const fs::path folder = files[i].parent_path();
-    const std::string text = text_of(files[i]);
-    const auto add = [&](std::string_view name) {
-      std::error_code none;
-      const fs::path file = (folder / name).lexically_normal();
-      // One that is missing may be made later; not every text in quotes is the name of a file.
-      const bool may_come = is_source(file) && !fs::exists(file, none);
-      if (!may_come && !fs::is_regular_file(file, none)) return;
-      if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
-    };
-    for_each_between(text, '"', '"', add);
-    if (files[i].extension() == ".scad") for_each_between(text, '<', '>', add);
-  }
-  return files;
-}
 
 FileWatch::FileWatch(fs::path model) : model_(std::move(model)) { begin(); }
 

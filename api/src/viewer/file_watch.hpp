@@ -4,13 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <vector>
 
 namespace bsp2::api {
-
-/// The files that a model is made of: itself, what it includes or uses, and files that it names between
-/// quotation marks, as those which are imported; those that are there.
-std::vector<std::filesystem::path> files_of_model(const std::filesystem::path& model);
 
 /// Whether files have been saved. It looks again and again, as programs save in many ways. One thread.
 class FileWatch {

@@ -120,10 +120,11 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::
   profile_ = Profile::open(comm, options_.profile, number_, begin_, machine);
 }
 
-/// All engines of this process, in the order in which they were made. One thread makes all calls.
+/// All engines of this process, in the order in which they were made. One thread makes all calls. It stays to
+/// the end of the process: engines that statics hold look for others when they go.
 std::vector<Engine*>& Engine::living() {
-  static std::vector<Engine*> engines;
-  return engines;
+  static auto* const engines = new std::vector<Engine*>;
+  return *engines;
 }
 
 /// Arrays hold the engine, so their memory outlives the end of the world, but not them.

@@ -7,8 +7,10 @@
 
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -55,6 +57,27 @@ fs::path target_of(fs::path path) {
   return path;
 }
 
+/// The number of a descriptor of this process by a name of it, such as /dev/stdout; none for other names.
+std::optional<int> descriptor_of(fs::path path) {
+  constexpr int most_links = 40;
+  std::error_code error;
+  const std::string own = "/proc/" + std::to_string(::getpid()) + "/fd";
+  for (int links = 0; links < most_links; ++links) {
+    const std::string folder = path.parent_path().string(), name = path.filename().string();
+    if (folder == "/dev/fd" || folder == "/proc/self/fd" || folder == own) {
+      int number = 0;
+      const auto [end, failed] = std::from_chars(name.data(), name.data() + name.size(), number);
+      const bool is_one = failed == std::errc() && end == name.data() + name.size();
+      return is_one && ::fcntl(number, F_GETFD) >= 0 ? std::optional(number) : std::nullopt;
+    }
+    if (!fs::is_symlink(path, error)) break;
+    const fs::path target = fs::read_symlink(path, error);
+    if (error) break;
+    path = (folder_of(path) / target).lexically_normal();
+  }
+  return std::nullopt;
+}
+
 /// This machine's name, as file systems are shared.
 std::string host_name() {
   std::array<char, 256> name{};
@@ -92,8 +115,20 @@ void write_file(const fs::path& path, std::string_view bytes) {
   write_file(path, [&] { return std::exchange(bytes, {}); });
 }
 
+bool is_stream(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  return (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status)) ||
+         descriptor_of(path).has_value();
+}
+
 void write_file(const fs::path& path, const Pieces& next_piece) {
   std::error_code error;
+  if (const auto open = descriptor_of(path)) {
+    const int own = ::fcntl(*open, F_DUPFD_CLOEXEC, 0);
+    if (own < 0 || !write_all(own, next_piece)) fail("cannot write", path, last_error());
+    return;
+  }
   const fs::path target = target_of(path);
   const fs::file_status status = fs::status(target, error);
   if (fs::is_directory(status)) throw Error("cannot write '" + path.string() + "': it is a directory");

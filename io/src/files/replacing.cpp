@@ -1,9 +1,12 @@
 #include "files/replacing.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
+#include <thread>
 
 #include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/io/files/file.hpp"
@@ -13,6 +16,47 @@ namespace fs = std::filesystem;
 
 fs::path unfinished_name(const fs::path& path) {
   return folder_of(path) / ("." + path.filename().string() + ".part");
+}
+
+WritingLock::WritingLock(const fs::path& path)
+    : mark_(folder_of(path) / ("." + path.filename().string() + ".lock")) {
+  using namespace std::chrono_literals;
+  const auto end = std::chrono::steady_clock::now() + 1min;
+  for (Try result = try_once(); result != Try::held; result = try_once()) {
+    if (std::chrono::steady_clock::now() > end) {
+      why_not_ = "another run is writing it";
+      return;
+    }
+    if (result == Try::busy) std::this_thread::sleep_for(20ms);
+  }
+}
+
+/// The mark may be taken away between opening and locking it: then there is a new one.
+auto WritingLock::try_once() -> Try {
+  const int descriptor = ::open(mark_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0) return Try::held;  // what is written tells why nothing can be
+  struct flock all {};
+  all.l_type = F_WRLCK;
+  all.l_whence = SEEK_SET;
+  if (::fcntl(descriptor, F_OFD_SETLK, &all) != 0) {
+    const bool is_busy = errno == EAGAIN || errno == EACCES;
+    ::close(descriptor);
+    return is_busy ? Try::busy : Try::held;
+  }
+  struct stat own {
+  }, named{};
+  if (::fstat(descriptor, &own) != 0 || ::stat(mark_.c_str(), &named) != 0 || own.st_ino != named.st_ino) {
+    ::close(descriptor);
+    return Try::gone;
+  }
+  descriptor_ = descriptor;
+  return Try::held;
+}
+
+WritingLock::~WritingLock() {
+  if (descriptor_ < 0) return;
+  ::unlink(mark_.c_str());
+  ::close(descriptor_);
 }
 
 std::string lack_of_room(const fs::path& path, std::uint64_t bytes) {

@@ -14,6 +14,26 @@ namespace bsp2::io {
 /// Where it is written: `.NAME.part` in the same folder.
 std::filesystem::path unfinished_name(const std::filesystem::path& path);
 
+/// While it lives no other process that has one for the same path writes that file: who comes later waits, a
+/// minute at most. Its mark is `.NAME.lock`. Where the file system knows no locks it is none.
+class WritingLock {
+ public:
+  explicit WritingLock(const std::filesystem::path& path);
+  ~WritingLock();
+  WritingLock(const WritingLock&) = delete;
+  WritingLock& operator=(const WritingLock&) = delete;
+  /// What has kept it from being one; empty: nothing.
+  [[nodiscard]] const std::string& why_not() const { return why_not_; }
+
+ private:
+  std::filesystem::path mark_;
+  int descriptor_ = -1;
+  std::string why_not_;
+
+  enum class Try : std::uint8_t { held, busy, gone };
+  Try try_once();
+};
+
 /// Whether a file of so many bytes can be written beside `path`. @return what is missing; empty if nothing
 /// is, or if nobody knows.
 std::string lack_of_room(const std::filesystem::path& path, std::uint64_t bytes);

@@ -281,6 +281,7 @@ void put_into(const fs::path& path, const TriangleSurface& surface, const Brep* 
 
 void snapshot::add_surface(const fs::path& path, const TriangleSurface& surface, const Brep* faces) {
   const fs::path unfinished = unfinished_name(path);
+  const WritingLock lock(path);
   const struct Removed {
     const fs::path& file;
     ~Removed() {
@@ -288,9 +289,9 @@ void snapshot::add_surface(const fs::path& path, const TriangleSurface& surface,
       fs::remove(file, ignored);
     }
   } removed{unfinished};  // unless it is in place
-  std::string why;
+  std::string why = lock.why_not();
   try {
-    why = lack_of_room(path, fs::file_size(path) + room_for(surface, faces));
+    if (why.empty()) why = lack_of_room(path, fs::file_size(path) + room_for(surface, faces));
     if (why.empty()) {
       fs::copy_file(path, unfinished, fs::copy_options::overwrite_existing);
       put_into(unfinished, surface, faces);

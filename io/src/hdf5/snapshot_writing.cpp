@@ -386,6 +386,7 @@ void fill_file(const fs::path& path, const fs::path& unfinished, const Snapshot&
 
 void snapshot::write(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
   const fs::path unfinished = unfinished_name(path);
+  std::optional<WritingLock> lock;
   const LeavesNothing clean_up{writers.rank == 0 ? unfinished : fs::path()};
   const Prepared prepared{lines(snapshot.head.superstep_name), shares(snapshot, writers)};
   std::vector<std::uint64_t> places;
@@ -393,6 +394,8 @@ void snapshot::write(const fs::path& path, const Snapshot& snapshot, const Snaps
     if (writers.rank != 0) return;
     std::error_code error;
     fs::create_directories(folder_of(path), error);
+    lock.emplace(path);
+    if (!lock->why_not().empty()) throw Failure(lock->why_not());
     // What HDF5 would say about a missing folder or a missing right is not for users.
     Descriptor(unfinished, O_WRONLY | O_CREAT | O_TRUNC).close();
     check_room(path, bytes_of(prepared.share, snapshot.head));

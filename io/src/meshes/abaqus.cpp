@@ -56,7 +56,8 @@ void write_abaqus(const std::filesystem::path& path, const SolverMesh& mesh) {
   text << "*NODE, NSET=all\n";
   std::size_t number = 0;
   for (const auto& [x, y, z] : mesh.points()) text << ++number << ", " << x << ", " << y << ", " << z << '\n';
-  const std::vector<std::string> volumes = plain_names(mesh.volumes), groups = plain_names(mesh.groups);
+  const std::vector<std::string> volumes = plain_names(mesh.volumes),
+                                 groups = plain_names(mesh.groups, {"all"});
   for (std::size_t volume = 0; volume < mesh.volumes.size(); ++volume) {
     text << "*ELEMENT, TYPE=" << (is_second ? "C3D10" : "C3D4") << ", ELSET=" << volumes[volume] << '\n';
     for (std::size_t i = 0; i < tetrahedra.size(); ++i) {

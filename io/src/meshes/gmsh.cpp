@@ -93,8 +93,11 @@ class GmshText {
     return all;
   }
 
+  /// A name stands in one line.
   static std::string quoted(std::string name) {
     std::replace(name.begin(), name.end(), '"', '\'');
+    std::replace_if(
+        name.begin(), name.end(), [](unsigned char c) { return c < ' '; }, ' ');
     return '"' + name + '"';
   }
 

@@ -6,6 +6,7 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/interruption.hpp"
+#include "bsp2/io/files/file.hpp"
 #include "meshes/formats.hpp"
 
 namespace bsp2::io {
@@ -66,6 +67,16 @@ fs::path solver_file(const fs::path& path) {
   return folder / (named.filename().string() + ".foam");
 }
 
+std::vector<fs::path> solver_files(const fs::path& path) {
+  std::vector<fs::path> files{solver_file(path)};
+  const SolverFormat format = solver_format(path).value();
+  if (format == SolverFormat::xdmf) files.push_back(fs::path(path).replace_extension(".h5"));
+  if (format == SolverFormat::openfoam)
+    for (const char* name : {"points", "faces", "owner", "neighbour", "boundary", "cellZones", "faceZones"})
+      files.push_back(folder_of(files[0]) / "constant" / "polyMesh" / name);
+  return files;
+}
+
 std::string solver_endings() {
   return ".msh (gmsh), .inp (CalculiX, Abaqus), .xdmf (dolfinx), .vtu (ParaView), or in none or .foam (a "
          "folder: an OpenFOAM case)";
@@ -77,10 +88,9 @@ bool holds_polyhedra(SolverFormat format) {
 bool holds_second_order(SolverFormat format) { return format != SolverFormat::openfoam; }
 bool holds_groups(SolverFormat format) { return format != SolverFormat::vtu; }
 
-std::vector<std::string> plain_names(const std::vector<std::string>& names) {
+std::vector<std::string> plain_names(const std::vector<std::string>& names, std::set<std::string> taken) {
   const auto is_between = [](char c, char low, char high) { return low <= c && c <= high; };
   std::map<std::string, std::string> plain_of;
-  std::set<std::string> taken;
   const auto take = [&](std::string text) {
     for (char& c : text)
       if (is_between(c, 'A', 'Z')) c = static_cast<char>(c - 'A' + 'a');

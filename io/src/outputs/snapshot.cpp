@@ -3,8 +3,11 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <fstream>
 #include <mutex>
+#include <string_view>
 #include <system_error>
 
 #include "bsp2/geometry/support/error.hpp"
@@ -46,6 +49,24 @@ std::mutex& hdf5_mutex() {
 
 }  // namespace
 
+bool is_hdf5(const fs::path& path) {
+  std::error_code none;
+  if (!fs::is_regular_file(path, none)) return false;  // a pipe can be read once
+  std::array<char, 4> bytes{};
+  std::ifstream(path, std::ios::binary).read(bytes.data(), bytes.size());
+  return std::string_view(bytes.data(), bytes.size()) == "\x89HDF";
+}
+
+bool is_snapshot(const fs::path& path) {
+  if (!is_hdf5(path)) return false;
+  try {
+    read_snapshot(path, SnapshotPart::head);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 void check_snapshot_path(const fs::path& path) {
   check_folder(path.has_parent_path() ? path.parent_path() : ".");
   std::error_code error;
@@ -60,8 +81,10 @@ void copy_snapshot(const fs::path& from, const fs::path& to) {
   std::error_code error;
   if (fs::equivalent(from, to, error)) return;
   const fs::path part = unfinished_name(to);
+  const WritingLock lock(to);
   const std::uintmax_t bytes = fs::file_size(from, error);
-  std::string why = error ? "" : lack_of_room(to, bytes);
+  std::string why = lock.why_not();
+  if (why.empty() && !error) why = lack_of_room(to, bytes);
   if (why.empty()) {
     fs::copy_file(from, part, fs::copy_options::overwrite_existing, error);
     if (!error) error = put_in_place(to);

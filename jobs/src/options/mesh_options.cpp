@@ -167,6 +167,7 @@ void choose_mesh(const MeshText& text, RunCommand& command) {
     return;
   }
   options.outputs.solver_mesh = mesh_output_of(text);
+  if (!text.size_field.empty()) options.outputs.read.emplace_back(text.size_field);
   choose_input(command, text.input);
   if (command.resume) return;
   const SolverMeshOptions& mesh = options.outputs.solver_mesh->mesh;

@@ -38,7 +38,7 @@ void choose_rendering(const RenderText& text, RunCommand& command) {
   outputs.film = film_of(text.film, text.view.explode, text.output);
   if (!outputs.film) check_picture(*outputs.picture, "-o");
   if (!command.resume) return;
-  command.quiet = true;
+  if (!outputs.film) command.quiet = true;  // a film takes a while
   if (outputs.view.shade == "rank")
     throw Error(
         "--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, "

@@ -209,7 +209,7 @@ int run_command(RunCommand command, std::ostream& out, const Ranks& ranks, spdlo
   if (command.queue) command.resume = joined.emplace(command, ranks).path();
   const SignalWatch watch(ranks.is_master() ? farewell_of(command) : "",
                           ranks.count() == 1 && command.options.stop_gently);
-  const bool speaks = ranks.is_master() && (!command.quiet || command.options.outputs.film);  // a while
+  const bool speaks = ranks.is_master() && !command.quiet;
   ProgressBar bar(speaks ? stderr : nullptr);
   const Result result = evaluated(command, ranks, bar);
   bar.clear();

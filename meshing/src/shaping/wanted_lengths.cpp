@@ -43,17 +43,6 @@ double mean_of_inverse_cubes(std::array<double, 4> at_corners) {
 
 }  // namespace
 
-double ShapeOptions::size_in(std::int32_t part) const {
-  const auto number = static_cast<std::size_t>(part);
-  const bool is_own = part >= 0 && number < size_of_part.size() && size_of_part[number] > 0;
-  return is_own ? size_of_part[number] : size;
-}
-
-double count_of_size(double volume, double size) {
-  constexpr double volume_of_regular = 0.118;  // by the cube of its edges
-  return volume / (volume_of_regular * size * size * size);
-}
-
 double WantedLengths::between(std::uint32_t p, std::uint32_t q) const {
   const auto at = [&](std::uint32_t point) { return point < wanted_.size() ? wanted_[point] : infinity; };
   return std::min(at(p), at(q));

@@ -20,6 +20,11 @@ inline double squared_distance(const Point& a, const Point& b) {
   return dot(d, d);
 }
 
+/// Above 0 where it is right side out.
+inline double volume_of(const Point& a, const Point& b, const Point& c, const Point& d) {
+  return dot(cross(b - a, c - a), d - a) / 6;
+}
+
 /// Normals of the faces opposite of each corner, outward if the tetrahedron is right side out, as long as the
 /// faces' areas are twice.
 [[gnu::always_inline]] inline std::array<Point, 4> normals_of(const Point& a, const Point& b, const Point& c,

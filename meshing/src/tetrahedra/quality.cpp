@@ -90,8 +90,8 @@ std::vector<double> volumes_of(const Tetrahedra& mesh, std::size_t parts) {
   std::vector<double> volumes(parts + 1, 0);
   for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
     const auto& t = mesh.tetrahedra[i];
-    const Point &a = mesh.points[t[0]], &d = mesh.points[t[3]];
-    const double volume = dot(cross(mesh.points[t[1]] - a, mesh.points[t[2]] - a), d - a) / 6;
+    const double volume =
+        volume_of(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], mesh.points[t[3]]);
     const auto part = static_cast<std::size_t>(mesh.part[i]);
     volumes[mesh.part[i] >= 0 && part < parts ? part : parts] += volume;
   }

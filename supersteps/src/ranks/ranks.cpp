@@ -150,6 +150,9 @@ std::chrono::milliseconds staggered(std::chrono::milliseconds patience, int rank
 [[noreturn]] void throw_agreed(const bsplib::Error& error) {
   const std::string& detail = error.detail();
   const auto end = detail.find('\n');
+  if (error.code() == bsplib::Errc::ended_early)
+    throw Error("rank " + std::to_string(error.culprit()) +
+                " has ended while others go on: all ranks have to make the same calls in the same order");
   if (error.code() != bsplib::Errc::exception || end == std::string::npos)
     throw Failure("internal error: " + std::string(error.what()));
   const std::string superstep = detail.substr(1, end - 1);
@@ -210,7 +213,11 @@ class Ranks::Implementation {
       if (failure.is_users) throw Error(failure.what());
       throw Failure(failure.what());
     } catch (const bsplib::Error& error) {
-      failed_ = error.code() == bsplib::Errc::exception && error.detail().starts_with(Culprit::user) ? 2 : 1;
+      others_left_ = error.code() == bsplib::Errc::ended_early;
+      failed_ = others_left_ ||
+                        (error.code() == bsplib::Errc::exception && error.detail().starts_with(Culprit::user))
+                    ? 2
+                    : 1;
       throw_agreed(error);
     }
   }
@@ -330,7 +337,8 @@ class Ranks::Implementation {
   std::uint32_t queue_ = 0;
   std::unique_ptr<bsplib::OpenSuperstep> open_;
   bool is_syncing_ = false;
-  int failed_ = 0;  // the exit code that all agreed on
+  int failed_ = 0;            // the exit code that all agreed on
+  bool others_left_ = false;  // they wait in the end of MPI
   std::vector<Message> received_;
   std::vector<std::string> own_, delivered_;  // messages to itself do not travel
 
@@ -360,7 +368,7 @@ class Ranks::Implementation {
     if (!world_) return;
     if (failed_ == 0) return world_.reset();
     const auto said = [] { return std::string(); };
-    watched(said, failed_, long_patience, [] { MPI_Barrier(MPI_COMM_WORLD); });
+    if (!others_left_) watched(said, failed_, long_patience, [] { MPI_Barrier(MPI_COMM_WORLD); });
     watched(said, failed_, short_patience, [&] {
       world_.reset();
       if (ends_mpi) environment_.reset();

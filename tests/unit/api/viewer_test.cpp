@@ -19,6 +19,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
 #include "options/command_line.hpp"
+#include "outputs/model_files.hpp"
 #include "serving/scene.hpp"
 #include "serving/server.hpp"
 #include "support/rounds.hpp"

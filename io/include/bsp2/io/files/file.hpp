@@ -12,10 +12,13 @@ inline std::filesystem::path folder_of(const std::filesystem::path& file) {
 }
 
 /// Writes a whole file at once: under a temporary name in the same folder, then renamed, so that nobody ever
-/// sees half a file. What is no regular file (a device, a pipe) is written directly, a symbolic link is
-/// followed. A file that is replaced keeps its permissions; one that must not be written stays.
+/// sees half a file. What is no regular file (a device, a pipe) is written directly, as is what the process has
+/// open already (/dev/stdout, /dev/fd/3), whatever it leads to; a symbolic link is followed. A file that is replaced keeps its permissions; one that must not be written stays.
 /// @throws bsp2::Error that names the path; the old file, if any, is untouched.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// Whether that is written directly, and makes no file beside it.
+bool is_stream(const std::filesystem::path& path);
 
 /// The next bytes of a file, at most some megabytes; none at its end. Throws nothing.
 using Pieces = std::function<std::string_view()>;

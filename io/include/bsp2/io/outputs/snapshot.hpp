@@ -111,6 +111,10 @@ void check_snapshot_path(const std::filesystem::path& path);
 /// left.
 void copy_snapshot(const std::filesystem::path& from, const std::filesystem::path& to);
 
+/// Whether a file is there that begins as those of HDF5 do; whether it is a snapshot that can be read.
+bool is_hdf5(const std::filesystem::path& path);
+bool is_snapshot(const std::filesystem::path& path);
+
 /// Is there a file to read? It need not be a snapshot. @throws bsp2::Error if not, which tells what there is
 /// instead.
 void check_snapshot_is_readable(const std::filesystem::path& path);

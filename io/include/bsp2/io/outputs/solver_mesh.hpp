@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,8 @@ std::optional<SolverFormat> solver_format(const std::filesystem::path& path);
 /// The file by which a mesh is opened: the path itself, or of an OpenFOAM case the empty NAME.foam in its
 /// folder NAME, for ParaView. `x.foam` and `x/x.foam` are of the folder `x`. @pre solver_format(path)
 std::filesystem::path solver_file(const std::filesystem::path& path);
+/// All files that writing a mesh replaces: that one, and what comes with it. @pre solver_format(path)
+std::vector<std::filesystem::path> solver_files(const std::filesystem::path& path);
 /// "a folder, .foam, .vtu, .msh, .inp or .xdmf", for messages.
 std::string solver_endings();
 /// Whether a format knows polyhedra, tetrahedra of second order, and groups of faces.
@@ -59,6 +62,7 @@ void write_solver_mesh(const std::filesystem::path& path, const SolverMesh& mesh
 
 /// Names as solvers take them: what is no letter, digit, `-` or `.` becomes `_`. Different ones that are one
 /// then, but for upper and lower case, which CalculiX takes for one, get `_2`, `_3`, ...
-std::vector<std::string> plain_names(const std::vector<std::string>& names);
+/// @param taken names of others, in lower case, that none shall have.
+std::vector<std::string> plain_names(const std::vector<std::string>& names, std::set<std::string> taken = {});
 
 }  // namespace bsp2::io

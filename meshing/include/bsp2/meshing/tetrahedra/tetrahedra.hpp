@@ -67,6 +67,13 @@ struct ShapeOptions {
 /// About so many tetrahedra with edges of this length, above 0, fill a volume.
 double count_of_size(double volume, double size);
 
+/// About so many tetrahedra a mesh of wanted lengths has, with `size` above 0; and the length of most of them.
+struct ExpectedCount {
+  double tetrahedra = 0, length = 0;
+};
+/// Without details and growth; of a field what some thousand places of the solid say.
+ExpectedCount expected_count(const Tetrahedra& mesh, const ShapeOptions& options);
+
 /// What was done.
 struct ShapeReport {
   std::uint64_t tetrahedra_at_first = 0;
