@@ -49,7 +49,11 @@ def solver_mesh(model, size=None, *, part_sizes=None, size_field=None, growth=0.
         more; up to 16 millionths where the mesh would not be valid, or have angles below 1 degree that the solid does not have.
     groups: names of faces by where they are: {"inlet": "x==min", "top": "z>=4 & colour==red", "skin": "angle<=30"}.
     polyhedra: the cells as they are, for `save` alone. dual: polyhedra about the points of the tetrahedra, likewise.
+
+    Under mpirun all ranks make this call; the master gets the mesh, and the others None.
     """
+    if not isinstance(model, (Expression, Result)):
+        raise TypeError(f"solver_mesh takes a model or a result, not {type(model).__name__}")
     bsp2._checked(options, _MESH)
     if isinstance(size_field, (str, os.PathLike)):
         size_field = _bsp2._read_size_field(os.fspath(size_field))
@@ -64,6 +68,8 @@ def solver_mesh(model, size=None, *, part_sizes=None, size_field=None, growth=0.
         if not options.keys() & {"snapshot", "angle"}:  # with which it refines nothing
             options = {"size_field": field, "size": size or None, **options}
         result = model.evaluate(**options)
+    if not result._is_of_master:
+        return None
     if groups is None:
         rules = []
     elif isinstance(groups, dict):
@@ -93,16 +99,24 @@ def _save_mesh(self, path, second_order=False, gmsh_version=4.1):
 
     second_order: with points in the middle of edges. gmsh_version: of .msh files, 4.1 or 2.2.
     """
+    if not isinstance(gmsh_version, (int, float)) or gmsh_version not in (4.1, 2.2):
+        raise ValueError(f"gmsh_version is 4.1 or 2.2, not {gmsh_version!r}")
     self._write(path, second_order, round(10 * gmsh_version))
 
 
 def _mesh_to_meshio(self):
-    """As a meshio.Mesh (which has to be installed), with `volume` and `group` of cells, and their names as field data."""
+    """As a meshio.Mesh (which has to be installed).
+
+    `cell_data["number"]` of tetrahedra and triangles is that of their volume or group: groups from 1 on, then volumes. `field_data` has the
+    number and the dimension by name; a group that is called as a volume has ' (faces)' after its name there.
+    """
     import meshio
 
-    names = {name: numpy.array([i, 3]) for i, name in enumerate(self.volume_names)}
-    names.update({name: numpy.array([i, 2]) for i, name in enumerate(self.group_names)})
-    numbers = [self.volumes, self.groups]
+    first = len(self.group_names) + 1
+    names = {name: numpy.array([first + i, 3]) for i, name in enumerate(self.volume_names)}
+    for i, name in enumerate(self.group_names):
+        names[name if name not in names else f"{name} (faces)"] = numpy.array([1 + i, 2])
+    numbers = [first + self.volumes, 1 + self.groups]
     return meshio.Mesh(
         self.points, [("tetra", self.tetrahedra), ("triangle", self.triangles)], cell_data={"number": numbers}, field_data=names
     )

@@ -370,6 +370,7 @@ void add_result(py::module_& m) {
       .def_property_readonly("collected", &Result::is_collected,
                              "The master has all cells; else each rank its own.")
       .def_property_readonly("has_cells", &Result::has_cells, "Cells were made, and are held.")
+      .def_property_readonly("_is_of_master", &Result::is_of_master)
       .def_property_readonly("digest", &Result::digest, "Of the set of cells.")
       .def_property_readonly("points", cells_view(&Cells::points, true),
                              "p x D: the corners of the cells, each cell's own.")

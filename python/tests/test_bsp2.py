@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import threading
 import unittest
 import warnings
@@ -100,6 +101,9 @@ class Models(unittest.TestCase):
             lambda: bsp2.cube() + bsp2.square(),
             lambda: drilled().evaluate(thread=1),
             lambda: drilled().evaluate(threads=-1),
+            lambda: drilled().evaluate(threads=10**9),
+            lambda: drilled().evaluate(timeout=float("nan")),
+            lambda: bsp2.ball(3).evaluate(tolerance=0.5, angle=5, eye=[float("inf"), 0, 0]),
             lambda: drilled().evaluate(order="sideways"),
             lambda: drilled().evaluate().locate([[1, 2]]),
             lambda: drilled().evaluate().locate([1, 2, 3]),
@@ -293,7 +297,11 @@ class Results(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "s.h5")
             part = model.evaluate(cells=2, snapshot=path, regions=4)
-            self.assertEqual(bsp2.resume(path).digest, model.evaluate(regions=4).digest)
+            self.assertEqual(bsp2.resume(path, snapshot=f"{folder}/t.h5").digest, model.evaluate(regions=4).digest)
+            self.assertTrue(bsp2.resume(f"{folder}/t.h5").complete)
+            for options in ({"curved": True}, {"coincidence": 0}, {"parts_by_color": True}):
+                with self.assertRaises(bsp2.Error):
+                    bsp2.resume(path, **options)
             self.assertIsInstance(part.complete, bool)
 
 
@@ -384,13 +392,35 @@ class Running(unittest.TestCase):
             self.assertEqual(said[1][1:], said[3][1:])
             self.assertTrue(os.path.exists(f"{folder}/x.pvtu"))
 
-
     def on_ranks(self, count, script, *arguments):
         mpirun = os.environ.get("BSP2_MPIRUN")
         if not mpirun:
             self.skipTest("no mpirun is named")
         command = [mpirun, "--oversubscribe", "-n", str(count), sys.executable, "-c", script, *arguments]
         return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, timeout=100).stdout.split()
+
+    def test_the_master_has_the_mesh(self):
+        script = (
+            "import bsp2\n"
+            "mesh = bsp2.solver_mesh(bsp2.cube(), size=1)\n"
+            "assert (mesh is None) != bsp2.ranks().is_master\n"
+            "if mesh: print(round(mesh.volume, 9))\n"
+        )
+        self.assertEqual(self.on_ranks(2, script), ["1.0"])
+
+    def test_a_rank_that_ends_early_ends_the_others(self):
+        script = (
+            "import bsp2\n"
+            "bsp2.cube().evaluate()\n"
+            "if bsp2.ranks().is_master:\n"
+            "    try:\n"
+            "        bsp2.cube().evaluate()\n"
+            "    except bsp2.Error as error:\n"
+            "        print('all ranks have to make the same calls' in str(error))\n"
+        )
+        begin = time.monotonic()
+        self.assertEqual(self.on_ranks(3, script), ["True"])
+        self.assertLess(time.monotonic() - begin, 40)  # after 60 s all are ended
 
     def test_several_ranks_find_all_contacts_again_and_again(self):
         script = (

@@ -97,6 +97,10 @@ class SolverMeshes(unittest.TestCase):
             self.assertTrue(caught.exception.is_users_mistake, caught.exception)
         with self.assertRaises(TypeError):
             bsp2.solver_mesh(bsp2.cube().evaluate(), size=1, threads=1)
+        with self.assertRaisesRegex(TypeError, "a model or a result, not str"):
+            bsp2.solver_mesh("x.csg")
+        with self.assertRaisesRegex(ValueError, "4.1 or 2.2"):
+            bsp2.solver_mesh(bsp2.cube()).save("x.msh", gmsh_version="2.2")
         with self.assertRaisesRegex(TypeError, "did you mean 'part_sizes'"):
             bsp2.solver_mesh(bsp2.cube(), part_size={"solid": 1})
 
@@ -129,6 +133,11 @@ class SolverMeshes(unittest.TestCase):
     def test_meshio(self):
         mesh = bsp2.solver_mesh(two_parts(), size=1)
         handed = mesh.to_meshio()
+        for name, (number, dimension) in handed.field_data.items():
+            in_block = [(numbers == number).sum() for numbers in handed.cell_data["number"]]
+            self.assertGreater(in_block[3 - dimension], 0, name)
+            self.assertEqual(in_block[dimension - 2], 0, name)
+        self.assertEqual(set(handed.field_data), {*mesh.volume_names, *mesh.group_names})
         with tempfile.TemporaryDirectory() as folder:
             import meshio
 

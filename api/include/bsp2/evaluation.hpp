@@ -243,6 +243,7 @@ class BSP2_API Result {
   [[nodiscard]] bool is_interrupted() const;  ///< by Options::stop
   [[nodiscard]] bool is_collected() const;    ///< the master has all cells; else each rank its own
   [[nodiscard]] bool has_cells() const;       ///< they were made, and are held
+  [[nodiscard]] bool is_of_master() const;    ///< of the rank that has all cells, where one has them
   [[nodiscard]] std::string digest() const;   ///< of the set of cells; empty if none were made
 
   /// The arrays live as long as the result.

@@ -136,6 +136,7 @@ void Result::Implementation::find_outlines() {
 int Result::dimension() const { return implementation_->result.report.dimension; }
 bool Result::is_complete() const { return implementation_->result.report.complete; }
 bool Result::is_interrupted() const { return implementation_->result.report.interrupted; }
+bool Result::is_of_master() const { return implementation_->ranks->ranks.is_master(); }
 bool Result::is_collected() const { return implementation_->result.is_collected; }
 bool Result::has_cells() const {
   const auto& report = implementation_->result.report;
