@@ -183,7 +183,7 @@ TEST_F(Drawings, OfCirclesAreTheSameOnAnyNumberOfRanks) {
 TEST_F(Drawings, AreRefusedInOneSentence) {
   const std::string solid = file("solid.csg", "cube(size=[40, 20, 10]);"),
                     plane = file("plane.csg", "square([2, 1]);");
-  const std::array<std::array<std::string, 2>, 9> all{{
+  const std::array<std::array<std::string, 2>, 10> all{{
       {"run " + solid + " --boundary " + at("x.svg"), "this one is solid; 'bsp2 draw' makes drawings of it"},
       {"run " + plane + " --boundary " + at("x.stl"),
        "outlines of plane models are written as .dxf, .pdf or .svg"},
@@ -196,6 +196,7 @@ TEST_F(Drawings, AreRefusedInOneSentence) {
       {"draw " + solid + " -o " + at("x.svg") + " --section A=w:4", "is no section"},
       {"draw " + solid + " -o " + at("x.svg") + " --scale 50:1", "the views do not fit on A3: "},
       {"draw " + solid + " -o " + at("x.svg") + " --dimension back:0,0,0:1,0,0", "add it to --views"},
+      {"draw " + solid + " -o " + at("x.svg") + " --dimension front:0,0,0:9000,0,0", "leads off the sheet"},
   }};
   for (const auto& [arguments, expected] : all) {
     const Ended ended = bsp2(arguments);

@@ -474,6 +474,21 @@ TEST_F(Scad, IsTranslatedByOpenscad) {
   EXPECT_NE(wrong.text.find("a b.scad.csg:2:1: "), std::string::npos) << wrong.text;
 }
 
+/// Up to 2021 openscad writes what stands in a string as it is, later with backslashes before marks.
+TEST_F(Scad, StringsAreThoseOfItsVersion) {
+  const auto with = [this](const std::string& version, const std::string& name) {
+    std::ofstream(folder_.path() / "made.csg") << "part(name = \"" << name << "\") { cube(1); }\n";
+    const Ended ended =
+        start_with("test \"$1\" = --version && echo 'OpenSCAD version " + version + "' >&2 && exit; cp '" +
+                   (folder_.path() / "made.csg").string() + "' \"$2\"");
+    EXPECT_EQ(ended.code, 0) << ended.text;
+    return ended.text;
+  };
+  EXPECT_NE(with("2021.01", R"(6" pipe)").find(R"(6" pipe)"), std::string::npos);
+  EXPECT_NE(with("2021.01", R"(a\b\)").find(R"(a\b\)"), std::string::npos);
+  EXPECT_NE(with("2024.12.06", R"(6\" pipe)").find(R"(6" pipe)"), std::string::npos);
+}
+
 TEST_F(Scad, IsAnErrorIfOpenscadFails) {
   const Ended failed = start_with("echo 'ERROR: no such thing'; exit 1");
   EXPECT_EQ(failed.code, 2) << failed.text;

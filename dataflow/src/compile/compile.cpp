@@ -92,22 +92,25 @@ class Compiler {
   static bool is_surely_small(const Transformer<D>& placement, double reach) {
     const auto exponent = [](Float128 x) { return geometry::Float128Bits(x).exponent_field(); };
     const int limit =
-        exponent(static_cast<Float128>(std::min(1e40L, 0x1p20L * static_cast<long double>(reach))));
+        exponent(static_cast<Float128>(std::min(largest, 0x1p20L * static_cast<long double>(reach))));
     for (const auto& row : placement.matrix())
       for (const Float128 entry : row)
         if (exponent(entry) >= limit) return false;
     return true;
   }
 
-  /// Second moments are fifth powers of lengths, and all must stay far from the limits of a double.
+  /// Second moments are powers D + 2 of lengths, and all must stay far from the limits of a double.
+  static constexpr long double largest = D < 6 ? 1e40L : 1e38L;
+  [[noreturn]] static void refuse_size() {
+    throw Error(std::string("the model is too large: lengths above ") + (D < 6 ? "1e40" : "1e38") +
+                " or not finite; look for huge factors in its matrices");
+  }
+
   static void check_size(const Transformer<D>& placement, double reach) {
     for (const auto& row : placement.matrix())
       for (const Float128 entry : row) {
         const auto size = std::fabs(static_cast<long double>(entry));
-        if (!(size <= 1e40L))
-          throw Error(
-              "the model is too large: lengths above 1e40 or not finite; look for huge factors in its "
-              "matrices");
+        if (!(size <= largest)) refuse_size();
         if (size > 0x1p20L * static_cast<long double>(reach))
           throw Error(
               "a primitive is modelled more than a million times its reach away from where its matrices put "
@@ -130,9 +133,7 @@ class Compiler {
   static void check_proportions(Box<D>& box, double reach) {
     double size = 0;
     for (int i = 0; i < D; ++i) size = std::max(size, box.upper[i] - box.lower[i]);
-    if (!std::isfinite(size) || !(reach <= 1e40))
-      throw Error(
-          "the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+    if (!std::isfinite(size) || !(reach <= static_cast<double>(largest))) refuse_size();
     if (size > 0 && size < 1e-40) throw Error("the model is smaller than 1e-40; scale it up");
     if (size > 0 && reach > 0x1p68 * size)
       throw Error(

@@ -118,6 +118,13 @@ class Draughtsman {
       if (!(value > 0))
         throw Error("--dimension: the two points are one in the view '" + std::string(name_of(view.kind)) +
                     "'");
+      const auto is_on_paper = [&](const Point2& p) {
+        return p[0] >= 0 && p[0] <= options_.size.width && p[1] >= 0 && p[1] <= options_.size.height;
+      };
+      if (!is_on_paper(from) || !is_on_paper(to))
+        throw Error("--dimension: at a scale of " + scale_text(layout_.scale) +
+                    " it leads off the sheet in the view '" + std::string(name_of(view.kind)) +
+                    "'; name points nearer to the solid, or a smaller --scale");
       double& lines = dimension_lines_[&view];
       const bool is_upright = std::fabs(to[0] - from[0]) < 1e-6, is_flat = std::fabs(to[1] - from[1]) < 1e-6;
       const Point2 upper = corner(view, view.upper);

@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
+#include <string>
 
 #include "files/xml.hpp"
 #include "sheets/writers.hpp"
@@ -32,6 +35,21 @@ class SvgWriter {
  private:
   const Sheet& sheet_;
   Text text_;
+  std::set<std::string> ids_;  // that are given
+
+  /// A layer's name, and a number where there is one of that name.
+  std::string new_id(std::uint32_t layer) {
+    const std::string name = quoted(sheet_.layers[layer].name);
+    std::string id = name;
+    for (int number = 2; !ids_.insert(id).second; ++number) id = name + "_" + std::to_string(number);
+    return id;
+  }
+
+  /// Lines and words of a layer are a group, which has its name.
+  [[nodiscard]] bool has_group(std::uint32_t layer) const {
+    const auto is_in = [layer](const auto& thing) { return thing.layer == layer; };
+    return std::ranges::any_of(sheet_.paths, is_in) || std::ranges::any_of(sheet_.labels, is_in);
+  }
 
   Text& number(double x) {
     if (!sheet_.decimals) return text_ << x + 0.0;
@@ -83,9 +101,12 @@ class SvgWriter {
   }
 
   void write_areas(std::uint32_t layer) {
+    const bool is_named = !has_group(layer);
     for (const Sheet::Area& area : sheet_.areas) {
       if (area.layer != layer) continue;
-      text_ << "<path id=\"" << quoted(sheet_.layers[layer].name) << "\" fill=\"";
+      text_ << "<path ";
+      if (is_named) text_ << "id=\"" << new_id(layer) << "\" ";
+      text_ << "fill=\"";
       colour(area.fill);
       if (area.opacity < 1) text_ << "\" fill-opacity=\"" << area.opacity;
       text_ << "\" fill-rule=\"evenodd\" stroke=\"none\" d=\"";
@@ -102,7 +123,7 @@ class SvgWriter {
     bool is_open = false;
     const auto open = [&] {
       if (std::exchange(is_open, true)) return;
-      text_ << "<g id=\"" << quoted(layer.name) << "\" fill=\"none\" stroke=\"";
+      text_ << "<g id=\"" << new_id(number_of_layer) << "\" fill=\"none\" stroke=\"";
       colour(layer.colour);
       text_ << "\" stroke-width=\"" << std::max(layer.width, 0.05)
             << "\" stroke-linecap=\"round\" stroke-linejoin=\"round\"";

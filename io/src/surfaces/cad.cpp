@@ -71,6 +71,9 @@ std::vector<std::string> write_cad(const fs::path& path, const geometry::Brep& b
       part, format_of(path), brep, rounds, cad_parts(brep, rounds, PartLabels(parts, path.stem().string())),
       geometry::Interruption::is_wanted);
   if (geometry::Interruption::is_over()) throw geometry::Interrupted();
+  if (rounds.empty() && remarks.thin_solids == brep.solids.size())
+    throw Error("cannot write '" + path.string() +
+                "': all of it is thinner than 1e-7, which CAD programs take for nothing; scale the model up");
   if (!remarks.is_written)
     throw Error("cannot write '" + path.string() + "': the disk is full, or Open CASCADE cannot write it");
   write_file(path, bytes_of(part));

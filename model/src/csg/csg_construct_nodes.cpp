@@ -22,10 +22,12 @@ std::optional<Construct> read_linear_extrude(const Arguments& arguments, const W
   if (!height) height = arguments.find("h");
   const double length = height && height->kind == Value::number ? height->as_number : 100;
   extrusion.direction = {0, 0, length};
+  bool has_no_direction = false;
   if (const Value* v = arguments.find("v"); v && v->kind == Value::vector) {
     std::array<double, 3> direction{};
     read_numbers(v, direction);
     const double norm = std::hypot(direction[0], direction[1], direction[2]);
+    has_no_direction = norm == 0;
     for (int i = 0; i < 3; ++i)
       extrusion.direction[i] = height ? direction[i] * (length / norm) : direction[i];
   }
@@ -41,7 +43,10 @@ std::optional<Construct> read_linear_extrude(const Arguments& arguments, const W
   extrusion.resolution = resolution_of(arguments);
   const auto& d = extrusion.direction;
   if (!finite({d[0], d[1], d[2]}) || d[2] <= 0) {
-    if (d[2] != 0) warn("this linear_extrude is empty: its height is " + text_of(d[2]));
+    if (has_no_direction)
+      warn("this linear_extrude is empty: its v is [0, 0, 0]");
+    else if (d[2] != 0)
+      warn("this linear_extrude is empty: its height is " + text_of(d[2]));
     return std::nullopt;
   }
   return extrusion;

@@ -9,7 +9,9 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
+#include <regex>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <unordered_map>
@@ -132,6 +134,41 @@ std::string advice_for(const std::string& said) {
              : "";
 }
 
+/// Whether a string of openscad's output ends at a quotation mark: the arguments go on after it, or end.
+bool ends_string(std::string_view text, std::size_t mark) {
+  static const std::regex rest(R"(^\s*([)\]]|,\s*(["\[\d.-]|(true|false|undef)\b|[$\w]+\s*=)))");
+  return std::regex_search(text.begin() + static_cast<std::ptrdiff_t>(mark) + 1,
+                           text.begin() + static_cast<std::ptrdiff_t>(std::min(text.size(), mark + 200)),
+                           rest);
+}
+
+/// OpenSCAD 2021.01 writes strings as they are: a backslash in one is none of ours, and a quotation mark not
+/// its end.
+std::string with_escapes(const std::string& text) {
+  std::string result;
+  bool is_within = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool is_mark = text[i] == '"', is_end = is_mark && is_within && ends_string(text, i);
+    if (is_within && !is_end && (is_mark || text[i] == '\\')) result += '\\';
+    if (is_mark && (!is_within || is_end)) is_within = !is_within;
+    result += text[i];
+  }
+  return result;
+}
+
+/// What the installed openscad means by its strings.
+std::string read_strings(std::string text, const std::filesystem::path& output) {
+  std::string escaped = with_escapes(text);
+  if (escaped == text) return text;
+  run({"openscad", "--version"}, output);
+  const std::vector<std::string> version = lines_of(output, {"OpenSCAD version 20"});
+  constexpr int last_without_escapes = 2021;
+  const bool is_plain =
+      !version.empty() &&
+      std::atoi(version[0].c_str() + std::strlen("OpenSCAD version ")) <= last_without_escapes;
+  return is_plain ? escaped : text;
+}
+
 }  // namespace
 
 bool is_scad(const std::filesystem::path& path) { return lower_ending(path) == ".scad"; }
@@ -174,9 +211,10 @@ ModelText convert_scad(const std::filesystem::path& path) {
     throw Error(name + ": holds no model: openscad makes nothing of it" +
                 (said.empty() ? "" : ", and says: " + said + advice_for(said)));
   }
-  ModelText result{read_text(made), {}};
+  ModelText result;
   for (const std::string& line : lines_of(output, {"WARNING", "DEPRECATED", "ERROR"}))
     result.warnings.push_back(name + ": openscad: " + line + advice_for(line));
+  result.text = read_strings(read_text(made), output);
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "bsp2/geometry/support/counted.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "import/imports.hpp"
 #include "import/xml_stream.hpp"
@@ -12,13 +13,18 @@
 namespace bsp2::model {
 namespace {
 
-/// Reads the objects of an AMF text as they stand: OpenSCAD knows no units and no constellations either.
+/// Reads the objects of an AMF text as they stand: OpenSCAD knows no units and no constellations either, of
+/// which notes tell.
 class AmfReader {
  public:
   explicit AmfReader(XmlStream& xml) : xml_(xml) {}
 
-  ImportedMesh read() {
+  ImportedParts read() {
     if (!xml_.next() || xml_.name() != "amf") xml_.fail("expected the element 'amf'");
+    std::string unit = "millimeter";
+    xml_.visit_attributes([&](std::string_view name, std::string_view value) {
+      if (name == "unit") unit = value;
+    });
     while (xml_.next()) {
       if (xml_.event() == XmlStream::Event::text) {
         text_ += xml_.value();
@@ -30,12 +36,20 @@ class AmfReader {
         end(xml_.name());
       text_.clear();
     }
-    return std::move(mesh_);
+    ImportedParts result;
+    result.notes = notes_of_unit(unit);
+    if (constellations_ > 0)
+      result.notes.push_back(
+          counted(constellations_,
+                  "# constellation[s] [is|are] not read: each object is where it is modelled, once"));
+    result.parts.push_back({{}, {}, std::move(mesh_)});
+    return result;
   }
 
  private:
   void begin(std::string_view name) {
     if (name == "object") first_ = mesh_.points.size();
+    if (name == "constellation") ++constellations_;
     if (name == "coordinates") coordinates_ = {};
     if (name == "triangle") corners_ = {};
   }
@@ -69,13 +83,14 @@ class AmfReader {
   ImportedMesh mesh_;
   std::string text_;
   std::size_t first_ = 0;  // of the object's points
+  std::size_t constellations_ = 0;
   std::array<std::optional<double>, 3> coordinates_;
   std::array<std::optional<std::uint32_t>, 3> corners_;
 };
 
 }  // namespace
 
-ImportedMesh import_amf(std::string_view bytes, const std::filesystem::path& path) {
+ImportedParts import_amf(std::string_view bytes, const std::filesystem::path& path) {
   std::unique_ptr<ZipFile> zip;
   std::unique_ptr<ZipFile::Entry> entry;
   XmlStream::Read read = [bytes](char* buffer, int size) mutable {

@@ -48,6 +48,9 @@ struct ImportedParts {
   std::vector<std::array<double, 4>> sizes{};  ///< of a size field, see read_size_field
 };
 
+/// What is said of a file in another unit than millimetres, as 3MF and AMF have them; nothing of these.
+std::vector<std::string> notes_of_unit(std::string_view unit);
+
 /// All parts as one mesh.
 ImportedMesh joined(const std::vector<ImportedPart>& parts);
 
@@ -110,7 +113,7 @@ ImportedParts import_gltf(std::string_view bytes,
                           const std::filesystem::path& path);  ///< text and binary, in millimetres, z up
 ImportedParts import_msh(std::string_view bytes,
                          const std::filesystem::path& path);  ///< of gmsh, 2.2 and 4.1, text and binary
-ImportedMesh import_amf(
+ImportedParts import_amf(
     std::string_view bytes,
     const std::filesystem::path& path);  ///< plain or zipped; no constellations, no units, as in OpenSCAD
 

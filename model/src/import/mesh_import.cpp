@@ -55,7 +55,7 @@ constexpr bool with_parts = true, no_parts = false, with_colours = true, no_colo
 /// By ending: the one place that knows them.
 constexpr ImportFormat formats[] = {
     {".3mf", import_many<import_3mf>, with_parts, with_colours, "objects of the build"},
-    {".amf", import_one<import_amf>, no_parts, no_colours, "all objects as one mesh"},
+    {".amf", import_many<import_amf>, no_parts, no_colours, "all objects as one mesh"},
     {".brep", import_cad, with_parts, no_colours, "faces of Open CASCADE: a part a solid"},
     {".glb", import_many<import_gltf>, with_parts, with_colours, "glTF, binary: a part a node with a mesh"},
     {".gltf", import_many<import_gltf>, with_parts, with_colours, "the same as text"},
@@ -143,6 +143,26 @@ std::uint32_t ImportedMesh::add_point(const Point3& point) {
 void ImportedMesh::add_face(std::span<const std::uint32_t> corners) {
   faces.corners.insert(faces.corners.end(), corners.rbegin(), corners.rend());
   faces.end_face();
+}
+
+std::vector<std::string> notes_of_unit(std::string_view unit) {
+  struct Unit {
+    std::string_view name, told, millimetres;
+  };
+  constexpr std::array<Unit, 7> units{{{"micron", "micrometres", "0.001"},
+                                       {"centimeter", "centimetres", "10"},
+                                       {"meter", "metres", "1000"},
+                                       {"inch", "inches", "25.4"},
+                                       {"feet", "feet", "304.8"},
+                                       {"foot", "feet", "304.8"},
+                                       {"millimeter", "", ""}}};
+  const auto* known = std::ranges::find(units, unit, &Unit::name);
+  if (known == units.end())
+    return {"its unit '" + std::string(unit) + "' is none that is known; nothing is scaled"};
+  if (known->told.empty()) return {};
+  return {"it is in " + std::string(known->told) +
+          "; nothing is scaled, one of them is one unit of the model, and scale(" +
+          std::string(known->millimetres) + ") makes millimetres of them"};
 }
 
 ImportedMesh joined(const std::vector<ImportedPart>& parts) {

@@ -130,6 +130,10 @@ class PackageReader {
     XmlStream xml([&](char* buffer, int size) { return unpacking_.read(*entry, buffer, size); },
                   path_.string() + ": " + part);
     if (!xml.next() || xml.name() != "model") xml.fail("expected the element 'model'");
+    if (part == parts_.front())
+      xml.visit_attributes([&](std::string_view name, std::string_view value) {
+        if (name == "unit") unit_ = value;
+      });
     Object* object = nullptr;
     colours_ = nullptr;
     while (xml.next()) {
@@ -290,6 +294,7 @@ class PackageReader {
   /// Objects without names and colours are one mesh, as ever.
   ImportedParts finished() {
     ImportedParts result;
+    result.notes = notes_of_unit(unit_);
     const bool has_parts = std::any_of(parts_read_.begin(), parts_read_.end(), [](const ImportedPart& part) {
       return !part.name.empty() || part.colour.has_value();
     });
@@ -311,6 +316,7 @@ class PackageReader {
   const std::filesystem::path& path_;
   Unpacking unpacking_;
   std::vector<std::string> parts_;  // the first is the root; read in this order
+  std::string unit_ = "millimeter";
   std::map<ObjectName, Object> objects_;
   std::map<ObjectName, std::vector<std::optional<Colour>>> groups_;
   std::vector<std::optional<Colour>>* colours_ = nullptr;  // of the group that was begun last

@@ -444,6 +444,22 @@ TEST_F(MeshFile, PackagesHaveNamesAndColours) {
   EXPECT_EQ(read.parts[2].name, "gear (2)");
 }
 
+/// Nothing is scaled, which whoever has another unit is told.
+TEST_F(MeshFile, UnitsAreToldOf) {
+  EXPECT_TRUE(notes_of_unit("millimeter").empty());
+  EXPECT_EQ(
+      notes_of_unit("inch"),
+      std::vector<std::string>{"it is in inches; nothing is scaled, one of them is one unit of the model, "
+                               "and scale(25.4) makes millimetres of them"});
+  EXPECT_EQ(notes_of_unit("parsec").size(), 1U);
+  const std::string amf =
+      "<amf unit=\"inch\"><object id=\"1\"><mesh><vertices/></mesh></object><constellation id=\"2\"/></amf>";
+  const std::vector<std::string> notes = import_amf(amf, "m.amf").notes;
+  ASSERT_EQ(notes.size(), 2U);
+  EXPECT_TRUE(notes[0].starts_with("it is in inches")) << notes[0];
+  EXPECT_TRUE(notes[1].starts_with("1 constellation is not read")) << notes[1];
+}
+
 TEST_F(MeshFile, MirrorImagesInPackagesAreNotInsideOut) {
   const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                           {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
