@@ -52,8 +52,7 @@ void check_names(const Writing& writing) {
   const auto add = [&](const std::optional<fs::path>& file) {
     if (!file) return;
     for (const fs::path& other : files)
-      if (are_one_file(*file, other) &&
-          (!fs::exists(*file) || fs::is_regular_file(*file)))  // a device may take several
+      if (are_one_file(*file, other) && !io::is_stream(*file))  // which may take several
         throw Error("two outputs would be written to one file, '" + file->string() +
                     "': give each its own name");
     files.push_back(*file);

@@ -265,7 +265,9 @@ void write_cells(const Writing& writing, supersteps::RunResult& result, superste
     if (writing.files.folder) io::make_folder(*writing.files.folder);
     if (writing.files.folder && writing.files.surfaces.empty())
       remove_old(*writing.files.folder / Outputs::surface_name);
-    for (const fs::path& file : files_of(writing)) io::make_folder(io::folder_of(file));
+    const auto& mesh = writing.files.solver_mesh;  // whose folder is made when there is one
+    for (const fs::path& file : files_of(writing))
+      if (!mesh || file != io::solver_file(mesh->file)) io::make_folder(io::folder_of(file));
   });  // now the folders are there
   if (writing.files.cells)
     make(writing, *writing.files.cells, result.report, ranks, [&] { write_solid(writing, result, ranks); });
@@ -318,6 +320,7 @@ MeshFigures write_solver_mesh(const Writing& writing, supersteps::RunResult& res
                            "': .vtu files hold volumes alone; .msh, .inp, .xdmf and OpenFOAM cases have groups");
   if (output.second_order) io::add_middles(made.mesh);
   made.summary.points = made.mesh.points().size();
+  io::make_folder(io::folder_of(io::solver_file(output.file)));
   io::write_solver_mesh(output.file, made.mesh, output.gmsh_version);
   return made.summary;
 }

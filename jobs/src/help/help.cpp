@@ -44,6 +44,23 @@ std::string first_line(const std::string& text) {
   return line;
 }
 
+/// In lines of so many letters: as it is if its own lines are short enough, else word by word.
+std::string in_lines(const std::string& text, std::size_t width) {
+  std::istringstream lines(text), words(text);
+  bool fits = true;
+  for (std::string line; std::getline(lines, line);) fits = fits && line.size() <= width;
+  if (fits) return text;
+  std::string result;
+  std::size_t column = 0;
+  for (std::string word; words >> word; column += word.size()) {
+    const bool is_new_line = column > 0 && column + 1 + word.size() > width;
+    if (column > 0) result += is_new_line ? '\n' : ' ';
+    column = is_new_line ? 0 : column + (column > 0 ? 1 : 0);
+    result += word;
+  }
+  return result;
+}
+
 std::string in_one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
@@ -94,10 +111,13 @@ class HelpFormatter : public CLI::Formatter {
 
   std::string make_option_desc(const CLI::Option* option) const override {
     const std::string range = range_of(*option);
-    return option->get_description() + (range.empty() ? "" : "\n(" + range + ")");
+    return in_lines(option->get_description(), text_width()) + (range.empty() ? "" : "\n(" + range + ")");
   }
 
  private:
+  /// Of what stands beside an option's name, for 80 columns; commands within others stand two to the right.
+  [[nodiscard]] std::size_t text_width() const { return 80 - 2 - get_column_width(); }
+
   static bool is_short(const CLI::App* app, CLI::AppFormatMode mode) {
     return mode == CLI::AppFormatMode::Normal && options_of(*app).size() > few_options;
   }
@@ -119,7 +139,8 @@ class HelpFormatter : public CLI::Formatter {
     for (const CLI::Option* option : options_of(app))
       if (is_most_used(*option))
         CLI::detail::format_help(out, option->get_name(false, true) + make_option_opts(option),
-                                 first_line(option->get_description()), get_column_width());
+                                 first_line(in_lines(option->get_description(), text_width())),
+                                 get_column_width());
     return out.str();
   }
 };

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <sstream>
@@ -239,6 +240,9 @@ int exit_code(const std::function<int()>& body, bool speaks, spdlog::logger& log
   } catch (const Error& error) {
     log.error("{}", error.what());
     return error.is_users_mistake() ? user_error : internal_error;
+  } catch (const std::filesystem::filesystem_error& error) {
+    log.error("'{}': {}", error.path1().string().substr(0, 200), error.code().message());
+    return user_error;
   } catch (const std::bad_alloc&) {
     log.error("out of memory");
     return internal_error;
