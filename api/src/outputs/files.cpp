@@ -91,7 +91,7 @@ void check_inputs(const Writing& writing) {
   if (writing.run.resume) inputs.push_back(*writing.run.resume);
   if (!writing.run.model.empty()) inputs.push_back(writing.run.model);
   std::vector<fs::path> of_model;
-  if (!writing.run.model.empty()) of_model = files_of_model(writing.run.model);
+  if (is_there(writing.run.model)) of_model = files_of_model(writing.run.model);  // a pipe can be read once
   for (const fs::path& file : files) {
     for (const fs::path& input : inputs) refuse(file, input, "it is the input itself");
     for (const fs::path& input : of_model) refuse(file, input, "the model is made of it");

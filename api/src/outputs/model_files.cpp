@@ -15,6 +15,28 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// A source with spaces for its comments.
+std::string without_comments(std::string text) {
+  enum class Within { code, string, line, block } within = Within::code;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i], next = i + 1 < text.size() ? text[i + 1] : ' ';
+    if (within == Within::string) {
+      if (c == '\\') ++i;
+      if (c == '"' || c == '\n') within = Within::code;
+    } else if (within == Within::code) {
+      if (c == '"') within = Within::string;
+      if (c == '/' && (next == '/' || next == '*')) within = next == '/' ? Within::line : Within::block;
+    } else if ((within == Within::line && c == '\n') ||
+               (within == Within::block && c == '*' && next == '/')) {
+      if (within == Within::block) text[i] = text[i + 1] = ' ';
+      within = Within::code;
+      continue;
+    }
+    if ((within == Within::line || within == Within::block) && c != '\n') text[i] = ' ';
+  }
+  return text;
+}
+
 /// What stands between two marks, in one line.
 template <class Use>
 void for_each_between(std::string_view text, char first, char last, const Use& use) {
@@ -36,7 +58,7 @@ std::vector<fs::path> files_of_model(const fs::path& model) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!is_source(files[i])) continue;
     const fs::path folder = files[i].parent_path();
-    const std::string text = text_of(files[i]);
+    const std::string text = without_comments(text_of(files[i]));
     const auto add = [&](std::string_view name) {
       std::error_code none;
       const fs::path file = (folder / name).lexically_normal();

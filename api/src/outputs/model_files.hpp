@@ -6,7 +6,7 @@
 namespace bsp2::api {
 
 /// The files that a model is made of: itself, what it includes or uses, and files that it names between
-/// quotation marks, as those which are imported; those that are there.
+/// quotation marks, as those which are imported, but for comments; those that are there.
 std::vector<std::filesystem::path> files_of_model(const std::filesystem::path& model);
 
 }  // namespace bsp2::api

@@ -463,6 +463,9 @@ int Reader::settle_dimension(Frame& frame) {
     if (!pool_.is_empty(*at)) dropped.push_back(static_cast<std::size_t>(at - operands_.begin()));
     *at = pool_.empty(0);
   }
+  if (frame.row->name == "resize" && (dimension == 1 || dimension > 3))
+    note(frame, "'resize' takes children of 2 or 3 dimensions, not of " + std::to_string(dimension) +
+                    "; scale takes any");
   for (std::size_t i = dropped.size(); i-- > 0;) forget_places(dropped[i]);
   if (!dropped.empty())
     warn(frame, "'" + std::string(frame.name) + "' is " + std::to_string(dimension) +

@@ -93,9 +93,9 @@ class Joiner {
     std::ostringstream text;
     if (open_paths_ > 0)
       text << counted(open_paths_, "# path[s] of ") << name
-           << counted(open_paths_,
-                      " [is|are] open, and closed by a straight line; [it|the first one] begins at (")
-           << first_open_[0] << ", " << first_open_[1] << ")";
+           << counted(open_paths_, " [is|are] open, and closed by a straight line; ")
+           << (open_paths_ > 1 ? "the first one" : "it") << " begins at (" << first_open_[0] << ", "
+           << first_open_[1] << ")";
     if (open_paths_ > 0 && lone_lines_ > 0) text << "; ";
     if (lone_lines_ > 0)
       text << counted(lone_lines_, "# line[s]") << (open_paths_ > 0 ? "" : " of " + name)

@@ -421,7 +421,9 @@ TEST(FileWatch, SeesWhatAModelIsMadeOf) {
                  used = folder.path() / "c.scad", mesh = folder.path() / "lib" / "mesh.stl",
                  other = folder.path() / "other.scad";
   fs::create_directories(included.parent_path());
-  write(model, "include <lib/b.scad>\nuse <c.scad>\n x = 1 < 2; s = \"no file\";\n");
+  write(model,
+        "include <lib/b.scad>\nuse <c.scad>\n x = 1 < 2; s = \"no file\"; // \"other.scad\"\n"
+        "u = \"http://x\"; /* include <other.scad>\n \"other.scad\" */\n");
   write(included, "import(\"mesh.stl\");\n");
   write(used, "include <a.scad>\n");
   write(mesh, "solid\n");

@@ -113,6 +113,8 @@ TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
        "t.csg:1:1: 'union' has children of 3 and of 4 dimensions; extrude, embed and project"},
       {"group() {\n offset(delta = 0.5) cuboid([1, 2, 3, 4]); }",
        "t.csg:2:2: 'offset' takes children of 2 dimensions, not of 4; grow and shrink"},
+      {"resize([2, 2, 2]) cuboid([1, 1, 1, 1]);",
+       "t.csg:1:1: 'resize' takes children of 2 or 3 dimensions, not of 4; scale takes any"},
       {"offset(r = 1) cuboid([1, 2, 3]);",
        "t.csg:1:1: 'offset' takes children of 2 dimensions, not of 3; grow and shrink"},
       {"offset(r = 1) { square(1); intersection() { cube(1); ball(3); } }",

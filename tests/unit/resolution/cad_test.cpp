@@ -266,10 +266,21 @@ TEST(Cad, TellsOfEdgesThatCadProgramsTakeForPoints) {
   const auto thin = model::transform(std::vector<double>{1e-8, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
                                      at(0, 0, 0, 1));
   const samples::TemporaryFolder folder;
-  const auto notes = io::write_cad(folder.path() / "thin.brep", brep_of(thin));
+  const auto notes =
+      io::write_cad(folder.path() / "thin.brep", brep_of(model::unite({thin, at(3, 0, 0, 1)})));
   ASSERT_EQ(notes.size(), 2U);
   EXPECT_NE(notes[0].find("4 edges are shorter than 1e-7"), std::string::npos) << notes[0];
   EXPECT_NE(notes[1].find("1 solid is thinner than 1e-7, and left out"), std::string::npos) << notes[1];
+  for (const char* name : {"all.step", "all.iges", "all.brep"}) {
+    try {
+      io::write_cad(folder.path() / name, brep_of(thin));
+      ADD_FAILURE() << name;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("all of it is thinner than 1e-7"), std::string::npos)
+          << error.what();
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / name));
+  }
 }
 
 /// A turn by random angles, longer by `scale`, to a place.
