@@ -267,7 +267,8 @@ TEST_F(MeshProgram, SizesAreReadFromATable) {
   EXPECT_EQ(report().at("size").get<double>(), 0.8);
   ASSERT_EQ(run("a.msh", "--size-field " + table.string() + " --growth 0.2").code, 0);
   EXPECT_GT(report().at("points").get<int>(), points);
-  for (const char* wrong : {"1 2 3 0\n", "0 0 0 1\n1 2 3\n", "0 0 0 1\n1 2 3 4 5\n", "x y z\n"}) {
+  for (const char* wrong :
+       {"0 0 0 nan\n1 2 3 1\n", "1 2 3 0\n", "0 0 0 1\n1 2 3\n", "0 0 0 1\n1 2 3 4 5\n", "x y z\n"}) {
     std::ofstream(table) << wrong;
     const Ended ended = run("a.msh", "--size-field " + table.string());
     EXPECT_EQ(ended.code, 2) << ended.text;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/msh/msh_file.hpp"
@@ -36,8 +37,10 @@ std::vector<Row> read_lines(const std::filesystem::path& path) {
     ++number;
     line.resize(std::min(line.find('#'), line.size()));
     std::replace(line.begin(), line.end(), ',', ' ');
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    const bool may_be_heading = ++filled == 1;
+    const std::size_t first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos) continue;
+    constexpr std::string_view of_numbers = "+-.0123456789";
+    const bool may_be_heading = ++filled == 1 && of_numbers.find(line[first]) == std::string_view::npos;
     const auto row = row_of(line);
     if (row && row->back() > 0)
       rows.push_back(*row);
