@@ -486,6 +486,7 @@ TEST_F(Scad, StringsAreThoseOfItsVersion) {
   };
   EXPECT_NE(with("2021.01", R"(6" pipe)").find(R"(6" pipe)"), std::string::npos);
   EXPECT_NE(with("2021.01", R"(a\b\)").find(R"(a\b\)"), std::string::npos);
+  EXPECT_NE(with("2021.01", R"(a") b)").find(R"(a") b)"), std::string::npos);
   EXPECT_NE(with("2024.12.06", R"(6\" pipe)").find(R"(6" pipe)"), std::string::npos);
 }
 

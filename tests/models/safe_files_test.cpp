@@ -47,13 +47,17 @@ class SafeFiles : public testing::Test {
 };
 
 TEST_F(SafeFiles, NothingThatIsReadIsWritten) {
-  const std::array<std::array<std::string, 3>, 10> wrong{
+  EXPECT_EQ(bsp2("run i.csg --snapshot i.h5 --quiet").code, 0);
+  EXPECT_EQ(bsp2("mesh m.csg -o mesh.xdmf --size 1 --quiet").code, 0);
+  const std::array<std::array<std::string, 3>, 12> wrong{
       {{"run m.csg --snapshot m.csg", "m.csg", "it is the input itself"},
        {"run m.csg --snapshot link.h5", "m.csg", "it is the input itself"},
        {"run m.csg --report m.csg", "m.csg", "it is the input itself"},
        {"run i.csg --boundary part.stl", "part.stl", "the model is made of it"},
        {"run i.csg --snapshot part.stl", "part.stl", "there is a file that is no snapshot"},
        {"run m.csg --snapshot part.stl", "part.stl", "there is a file that is no snapshot"},
+       {"export i.h5 -o part.stl", "part.stl", "the model is made of it"},
+       {"run m.csg --snapshot mesh.h5", "mesh.h5", "there is a file that is no snapshot"},
        {"mesh s.h5 -o s.xdmf", "s.h5", "which is a snapshot"},
        {"mesh m.csg -o s.xdmf", "s.h5", "which is a snapshot"},
        {"mesh m.csg -o a.msh --size-field field.txt --report field.txt", "field.txt",
@@ -120,7 +124,13 @@ TEST_F(SafeFiles, TheSurfaceOfAnUnfinishedRunIsToldOf) {
     EXPECT_NE(ended.text.find("the run is not complete: 'u.ply' is the surface"), std::string::npos)
         << ended.text;
   }
-  EXPECT_EQ(bsp2("run " + model + " --budget 10ms --threads 1 --boundary u.ply --strict").code, 2);
+  const Ended strict = bsp2("run " + model + " --budget 10ms --threads 1 -o D --strict");
+  EXPECT_EQ(strict.code, 2) << strict.text;
+  EXPECT_FALSE(fs::exists(path("D/solid.pvtu")));
+  // Of the plane there is no surface, and with an outline an area.
+  write("plane.csg", "difference() { square(9); circle(3, $fn = 400); circle(2, $fn = 401); }");
+  const Ended plane = bsp2("run plane.csg --cells 1 --threads 1 --quiet -o P");
+  EXPECT_EQ(plane.text.find("is the surface of"), std::string::npos) << plane.text;
 }
 
 }  // namespace

@@ -69,6 +69,19 @@ void check_ending(const fs::path& file, bool is_known, const std::string& ending
   if (!is_known) throw Error("cannot write '" + file.string() + "': it must end in " + endings);
 }
 
+/// Those that a run reads its model from, or would if it goes on from a snapshot.
+std::vector<fs::path> files_of_model(const supersteps::RunOptions& run) {
+  std::error_code none;
+  if (run.resume) {
+    if (!io::is_snapshot(*run.resume)) return {};
+    const io::SnapshotHead head = io::read_snapshot(*run.resume, io::SnapshotPart::head).head;
+    return files_of_text(head.source, head.model);
+  }
+  if (run.text) return files_of_text(*run.text, run.model);
+  if (fs::is_regular_file(run.model, none)) return api::files_of_model(run.model);  // a pipe can be read once
+  return {};
+}
+
 /// No file that is read is written: the input, what the model imports, what options came from. A snapshot may
 /// go on in its own file, and take the place of snapshots alone.
 void check_inputs(const Writing& writing) {
@@ -90,8 +103,7 @@ void check_inputs(const Writing& writing) {
   std::vector<fs::path> inputs = writing.files.read;
   if (writing.run.resume) inputs.push_back(*writing.run.resume);
   if (!writing.run.model.empty()) inputs.push_back(writing.run.model);
-  std::vector<fs::path> of_model;
-  if (is_there(writing.run.model)) of_model = files_of_model(writing.run.model);  // a pipe can be read once
+  const std::vector<fs::path> of_model = files_of_model(writing.run);
   for (const fs::path& file : files) {
     for (const fs::path& input : inputs) refuse(file, input, "it is the input itself");
     for (const fs::path& input : of_model) refuse(file, input, "the model is made of it");
@@ -99,7 +111,8 @@ void check_inputs(const Writing& writing) {
   for (const fs::path& file : snapshots) {
     if (writing.run.resume && are_one_file(file, *writing.run.resume)) continue;
     for (const fs::path& input : inputs) refuse(file, input, "it is the input itself");
-    if (!fs::is_empty(file) && !io::is_hdf5(file))
+    std::error_code none;
+    if (!fs::is_empty(file, none) && !io::is_snapshot(file))
       throw Error("cannot write the snapshot '" + file.string() +
                   "': there is a file that is no snapshot; remove it first");
   }

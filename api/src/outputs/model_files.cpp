@@ -5,6 +5,7 @@
 #include <iterator>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace bsp2::api {
 namespace fs = std::filesystem;
@@ -15,17 +16,32 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// Whether a `<` stands after `use` or `include`.
+bool names_file(std::string_view text, std::size_t at) {
+  const std::size_t end = at > 0 ? text.find_last_not_of(" \t", at - 1) : std::string_view::npos;
+  const std::string_view before = end == std::string_view::npos ? "" : text.substr(0, end + 1);
+  return before.ends_with("use") || before.ends_with("include");
+}
+
 /// A source with spaces for its comments.
 std::string without_comments(std::string text) {
-  enum class Within { code, string, line, block } within = Within::code;
+  enum class Within { code, string, path, line, block } within = Within::code;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i], next = i + 1 < text.size() ? text[i + 1] : ' ';
     if (within == Within::string) {
       if (c == '\\') ++i;
       if (c == '"' || c == '\n') within = Within::code;
+    } else if (within == Within::path) {
+      if (c == '>' || c == '\n') within = Within::code;
     } else if (within == Within::code) {
       if (c == '"') within = Within::string;
-      if (c == '/' && (next == '/' || next == '*')) within = next == '/' ? Within::line : Within::block;
+      if (c == '<' && names_file(text, i)) within = Within::path;
+      if (c == '/' && (next == '/' || next == '*')) {
+        within = next == '/' ? Within::line : Within::block;
+        text[i] = text[i + 1] = ' ';
+        ++i;
+        continue;
+      }
     } else if ((within == Within::line && c == '\n') ||
                (within == Within::block && c == '*' && next == '/')) {
       if (within == Within::block) text[i] = text[i + 1] = ' ';
@@ -51,26 +67,39 @@ void for_each_between(std::string_view text, char first, char last, const Use& u
 
 bool is_source(const fs::path& file) { return file.extension() == ".scad" || file.extension() == ".csg"; }
 
-}  // namespace
+/// Adds those that are there, or may come.
+void add_named(const std::string& source, const fs::path& file, std::vector<fs::path>& files) {
+  const fs::path folder = file.parent_path();
+  const std::string text = without_comments(source);
+  const auto add = [&](std::string_view name) {
+    std::error_code none;
+    const fs::path named = (folder / name).lexically_normal();
+    // One that is missing may be made later; not every text in quotes is the name of a file.
+    const bool may_come = is_source(named) && !fs::exists(named, none);
+    if (!may_come && !fs::is_regular_file(named, none)) return;
+    if (std::find(files.begin(), files.end(), named) == files.end()) files.push_back(named);
+  };
+  for_each_between(text, '"', '"', add);
+  if (file.extension() == ".scad") for_each_between(text, '<', '>', add);
+}
 
-std::vector<fs::path> files_of_model(const fs::path& model) {
-  std::vector<fs::path> files{model};
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    if (!is_source(files[i])) continue;
-    const fs::path folder = files[i].parent_path();
-    const std::string text = without_comments(text_of(files[i]));
-    const auto add = [&](std::string_view name) {
-      std::error_code none;
-      const fs::path file = (folder / name).lexically_normal();
-      // One that is missing may be made later; not every text in quotes is the name of a file.
-      const bool may_come = is_source(file) && !fs::exists(file, none);
-      if (!may_come && !fs::is_regular_file(file, none)) return;
-      if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
-    };
-    for_each_between(text, '"', '"', add);
-    if (files[i].extension() == ".scad") for_each_between(text, '<', '>', add);
+/// Of these, too, and of what they name.
+std::vector<fs::path> with_named(std::vector<fs::path> files, std::size_t first) {
+  for (std::size_t i = first; i < files.size(); ++i) {
+    const fs::path file = files[i];
+    if (is_source(file)) add_named(text_of(file), file, files);
   }
   return files;
+}
+
+}  // namespace
+
+std::vector<fs::path> files_of_model(const fs::path& model) { return with_named({model}, 0); }
+
+std::vector<fs::path> files_of_text(const std::string& text, const fs::path& model) {
+  std::vector<fs::path> files{model};
+  add_named(text, model, files);
+  return with_named(std::move(files), 1);
 }
 
 }  // namespace bsp2::api

@@ -102,12 +102,15 @@ void write_boundary(const Writing& writing, const fs::path& path, supersteps::Ru
 
 /// A closed surface looks like all of the solid.
 void tell_incomplete(const Writing& writing, supersteps::RunReport& report, supersteps::Ranks& ranks) {
-  if (report.complete || writing.files.surfaces.empty()) return;
+  const int d = report.dimension;
+  if (report.complete || writing.files.surfaces.empty() || !(d == 3 || (d == 2 && writing.run.outlines)))
+    return;
   ranks.agree([&] {
     if (!ranks.is_master()) return;
     const std::string text = fmt::format(
-        "the run is not complete: '{}' is the surface of what is inside for sure so far, of a volume of {:.6g}",
-        writing.files.surfaces.front().filename().string(), report.in_volume);
+        "the run is not complete: '{}' is the {} of what is inside for sure so far, of {} of {:.6g}",
+        writing.files.surfaces.front().filename().string(), d == 3 ? "surface" : "outline",
+        d == 3 ? "a volume" : "an area", report.in_volume);
     if (writing.run.strict) throw Error(text + "; " + writing.dashes + "strict turns warnings into errors");
     report.warnings.push_back(text);
   });
@@ -316,8 +319,9 @@ MeshFigures write_solver_mesh(const Writing& writing, supersteps::RunResult& res
   report.warnings.insert(report.warnings.end(), made.warnings.begin(), made.warnings.end());
   report.notes.insert(report.notes.end(), made.notes.begin(), made.notes.end());
   if (!output.mesh.groups.empty() && !io::holds_groups(io::solver_format(output.file).value()))
-    report.notes.push_back("groups of faces are not in '" + output.file.filename().string() +
-                           "': .vtu files hold volumes alone; .msh, .inp, .xdmf and OpenFOAM cases have groups");
+    report.notes.push_back(
+        "groups of faces are not in '" + output.file.filename().string() +
+        "': .vtu files hold volumes alone; .msh, .inp, .xdmf and OpenFOAM cases have groups");
   if (output.second_order) io::add_middles(made.mesh);
   made.summary.points = made.mesh.points().size();
   io::make_folder(io::folder_of(io::solver_file(output.file)));
@@ -387,6 +391,7 @@ supersteps::RunResult write_run(const Writing& writing, supersteps::Ranks& ranks
   bool cells_are_written = false;
   if (writing.cells_go && !writing.files.solver_mesh)  // which needs the cells to the end
     run.on_cells = [&](supersteps::RunResult& now) {
+      tell_incomplete(writing, now.report, ranks);
       write_cells(writing, now, ranks);
       cells_are_written = true;
     };
@@ -395,7 +400,7 @@ supersteps::RunResult write_run(const Writing& writing, supersteps::Ranks& ranks
     if (failed) result.report.failed.push_back(*failed);
   if (result.report.interrupted) return result;
   end_if_over(writing);
-  tell_incomplete(writing, result.report, ranks);
+  if (!cells_are_written) tell_incomplete(writing, result.report, ranks);
   if (writing.files.drawing) write_drawing(writing, result, ranks, evaluate, written);
   if (!cells_are_written) write_cells(writing, result, ranks);
   if (writing.files.solver_mesh && !result.report.interrupted) mesh_cells(writing, result, ranks, written);

@@ -91,7 +91,9 @@ Json described(const MeshFigures& summary) {
   mesh["volumes"] = Json::object();
   for (const auto& [name, volume] : summary.volumes) mesh["volumes"][name] = volume;
   mesh["groups"] = Json::object();
-  for (const auto& [name, faces] : summary.groups) mesh["groups"][name] = faces;
+  // Where a part is called 'outside' two groups have one name.
+  for (const auto& [name, faces] : summary.groups)
+    mesh["groups"][name] = mesh["groups"].value(name, std::uint64_t{0}) + faces;
   if (summary.polyhedra) return mesh;
   mesh["dihedral_angles"] = {{"smallest", summary.smallest_angle},
                              {"largest", summary.largest_angle},

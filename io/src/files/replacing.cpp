@@ -40,6 +40,7 @@ auto WritingLock::try_once() -> Try {
   all.l_whence = SEEK_SET;
   if (::fcntl(descriptor, F_OFD_SETLK, &all) != 0) {
     const bool is_busy = errno == EAGAIN || errno == EACCES;
+    if (!is_busy) ::unlink(mark_.c_str());  // there are no locks here
     ::close(descriptor);
     return is_busy ? Try::busy : Try::held;
   }

@@ -56,6 +56,7 @@ auto of_file(const std::filesystem::path& path, const Read& read) {
 void write(const std::filesystem::path& path, const Snapshot& snapshot, const SnapshotWriters& writers);
 Snapshot read(const std::filesystem::path& path, SnapshotPart part,
               const std::function<bool(std::uint32_t region)>& wanted);
+bool is_of_others(const std::filesystem::path& path);
 void add_surface(const std::filesystem::path& path, const geometry::TriangleSurface& surface,
                  const geometry::Brep* faces);
 std::optional<SnapshotSurface> read_surface(const std::filesystem::path& path, std::int32_t parts,

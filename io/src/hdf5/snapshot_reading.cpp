@@ -285,11 +285,25 @@ void read_tree(hid_t file, Snapshot& snapshot, const Rows& nodes, const Rows& hy
   }
 }
 
+bool has_mark(hid_t file) {
+  return H5Aexists(file, "format") > 0 && hdf5::read_text_attribute(file, "format") == format_name;
+}
+
 }  // namespace
 
+bool snapshot::is_of_others(const fs::path& path) {
+  const hdf5::Silence silence;
+  try {
+    const hdf5::Handle access = file_access();
+    const hdf5::Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
+    return !has_mark(file);
+  } catch (const hdf5::Failure&) {
+    return false;  // it is damaged, and may have been one
+  }
+}
+
 void snapshot::check_format(hid_t file, const fs::path& path) {
-  if (H5Aexists(file, "format") <= 0 || H5Aexists(file, "version") <= 0 ||
-      hdf5::read_text_attribute(file, "format") != format_name)
+  if (!has_mark(file) || H5Aexists(file, "version") <= 0)
     throw Error("'" + path.string() + "' is an HDF5 file, but no snapshot of bsp2");
   const auto version = hdf5::read_attribute<std::int32_t>(file, "version");
   if (version < oldest_version || version > format_version)

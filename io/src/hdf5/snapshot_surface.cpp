@@ -284,11 +284,12 @@ void snapshot::add_surface(const fs::path& path, const TriangleSurface& surface,
   const WritingLock lock(path);
   const struct Removed {
     const fs::path& file;
+    bool is_ours;
     ~Removed() {
       std::error_code ignored;
-      fs::remove(file, ignored);
+      if (is_ours) fs::remove(file, ignored);
     }
-  } removed{unfinished};  // unless it is in place
+  } removed{unfinished, lock.why_not().empty()};  // unless it is in place
   std::string why = lock.why_not();
   try {
     if (why.empty()) why = lack_of_room(path, fs::file_size(path) + room_for(surface, faces));

@@ -387,7 +387,7 @@ void fill_file(const fs::path& path, const fs::path& unfinished, const Snapshot&
 void snapshot::write(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
   const fs::path unfinished = unfinished_name(path);
   std::optional<WritingLock> lock;
-  const LeavesNothing clean_up{writers.rank == 0 ? unfinished : fs::path()};
+  LeavesNothing clean_up{};  // before there is a lock the unfinished file is another run's
   const Prepared prepared{lines(snapshot.head.superstep_name), shares(snapshot, writers)};
   std::vector<std::uint64_t> places;
   together(path, writers, [&] {
@@ -396,6 +396,7 @@ void snapshot::write(const fs::path& path, const Snapshot& snapshot, const Snaps
     fs::create_directories(folder_of(path), error);
     lock.emplace(path);
     if (!lock->why_not().empty()) throw Failure(lock->why_not());
+    clean_up.unfinished = unfinished;
     // What HDF5 would say about a missing folder or a missing right is not for users.
     Descriptor(unfinished, O_WRONLY | O_CREAT | O_TRUNC).close();
     check_room(path, bytes_of(prepared.share, snapshot.head));

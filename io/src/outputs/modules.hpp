@@ -59,6 +59,8 @@ struct Hdf5Module {
   /// @param path a file that can be opened.
   Snapshot (*read_snapshot)(const std::filesystem::path& path, SnapshotPart part,
                             const std::function<bool(std::uint32_t region)>& wanted);
+  /// Whether it can be opened and has not the mark of a snapshot, of whatever version.
+  bool (*is_of_others)(const std::filesystem::path& path);
   void (*add_surface)(const std::filesystem::path& path, const geometry::TriangleSurface& surface,
                       const geometry::Brep* faces);
   std::optional<SnapshotSurface> (*read_surface)(const std::filesystem::path& path, std::int32_t parts,

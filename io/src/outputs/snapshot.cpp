@@ -59,12 +59,8 @@ bool is_hdf5(const fs::path& path) {
 
 bool is_snapshot(const fs::path& path) {
   if (!is_hdf5(path)) return false;
-  try {
-    read_snapshot(path, SnapshotPart::head);
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
+  const std::lock_guard lock(hdf5_mutex());
+  return !hdf5_module().is_of_others(path);
 }
 
 void check_snapshot_path(const fs::path& path) {

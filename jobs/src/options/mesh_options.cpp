@@ -42,10 +42,9 @@ void add_own_options(CLI::App& app, MeshText& text) {
       ->check(is_one_of({"tetrahedra", "dual", "polyhedra"}))
       ->type_name("TYPE")
       ->group(group);
-  app.add_option(
-         "--size", text.size,
-         "how long edges shall be; 0: the cells' own tetrahedra\n(default: a twentieth of the model's "
-         "diagonal)")
+  app.add_option("--size", text.size,
+                 "how long edges shall be\n(default: a twentieth of the model's diagonal;\n0: the cells' own "
+                 "tetrahedra)")
       ->check(is_length())
       ->type_name("H")
       ->group(group);

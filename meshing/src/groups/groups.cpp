@@ -133,11 +133,14 @@ std::int32_t Groups::group_of(std::int32_t part, std::int32_t other, std::span<c
                                 [&](std::uint32_t corner) { return holds(condition, points[corner]); });
            });
   };
+  Named named =
+      other == PlaneSide::nothing ? Named::outside : Named::between;  // a part may be called 'outside'
   if (const auto rule = std::find_if(rules_.begin(), rules_.end(), follows); rule != rules_.end()) {
     name = rule->name;
+    named = Named::by_rule;
     is_followed_[static_cast<std::size_t>(rule - rules_.begin())] = true;
   }
-  const auto [entry, is_new] = number_.try_emplace(name, static_cast<std::int32_t>(groups_.size()));
+  const auto [entry, is_new] = number_.try_emplace({name, named}, static_cast<std::int32_t>(groups_.size()));
   if (is_new) groups_.push_back(name);
   return entry->second;
 }

@@ -136,10 +136,11 @@ std::string advice_for(const std::string& said) {
 
 /// Whether a string of openscad's output ends at a quotation mark: the arguments go on after it, or end.
 bool ends_string(std::string_view text, std::size_t mark) {
-  static const std::regex rest(R"(^\s*([)\]]|,\s*(["\[\d.-]|(true|false|undef)\b|[$\w]+\s*=)))");
+  static const std::regex rest(
+      R"(\s*(\)\s*[;{]|\]\s*[,\])]|,\s*(["\[\d.-]|(true|false|undef)\b|[$\w]+\s*=)))");
   return std::regex_search(text.begin() + static_cast<std::ptrdiff_t>(mark) + 1,
                            text.begin() + static_cast<std::ptrdiff_t>(std::min(text.size(), mark + 200)),
-                           rest);
+                           rest, std::regex_constants::match_continuous);
 }
 
 /// OpenSCAD 2021.01 writes strings as they are: a backslash in one is none of ours, and a quotation mark not

@@ -11,6 +11,7 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <mutex>
 #include <new>
 #include <optional>
@@ -172,6 +173,8 @@ Cause cause_of_exception() {
     return {failure.what(), failure.is_users};
   } catch (const Failure& failure) {
     return {failure.what(), false};
+  } catch (const std::filesystem::filesystem_error& error) {
+    return {"'" + error.path1().string().substr(0, 200) + "': " + error.code().message(), true};
   } catch (const std::bad_alloc&) {
     return {"out of memory", false};  // short enough to need none
   } catch (const std::exception& error) {
@@ -369,7 +372,7 @@ class Ranks::Implementation {
     if (failed_ == 0) return world_.reset();
     const auto said = [] { return std::string(); };
     if (!others_left_) watched(said, failed_, long_patience, [] { MPI_Barrier(MPI_COMM_WORLD); });
-    watched(said, failed_, short_patience, [&] {
+    watched(said, failed_, others_left_ ? long_patience : short_patience, [&] {
       world_.reset();
       if (ends_mpi) environment_.reset();
     });

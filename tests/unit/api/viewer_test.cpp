@@ -423,9 +423,9 @@ TEST(FileWatch, SeesWhatAModelIsMadeOf) {
   fs::create_directories(included.parent_path());
   write(model,
         "include <lib/b.scad>\nuse <c.scad>\n x = 1 < 2; s = \"no file\"; // \"other.scad\"\n"
-        "u = \"http://x\"; /* include <other.scad>\n \"other.scad\" */\n");
+        "u = \"http://x\"; /*/ include <other.scad>\n \"other.scad\" */\n");
   write(included, "import(\"mesh.stl\");\n");
-  write(used, "include <a.scad>\n");
+  write(used, "include <lib//../a.scad>\n");
   write(mesh, "solid\n");
   write(other, "cube();\n");
   const auto files = files_of_model(model);

@@ -111,7 +111,8 @@ void check_snapshot_path(const std::filesystem::path& path);
 /// left.
 void copy_snapshot(const std::filesystem::path& from, const std::filesystem::path& to);
 
-/// Whether a file is there that begins as those of HDF5 do; whether it is a snapshot that can be read.
+/// Whether a file is there that begins as those of HDF5 do; whether it is a snapshot, of whatever version, or
+/// one that is damaged.
 bool is_hdf5(const std::filesystem::path& path);
 bool is_snapshot(const std::filesystem::path& path);
 

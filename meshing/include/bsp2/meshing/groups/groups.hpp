@@ -73,7 +73,8 @@ class Groups {
   double tolerance_;
   std::vector<std::string> volumes_, groups_;
   std::map<std::int32_t, std::int32_t> volume_of_part_;
-  std::map<std::string, std::int32_t> number_;
+  enum class Named : std::uint8_t { by_rule, outside, between };
+  std::map<std::pair<std::string, Named>, std::int32_t> number_;
 
   [[nodiscard]] std::string name_of(std::int32_t part) const;
   [[nodiscard]] bool has_colour(std::int32_t part, const Rgba& colour) const;
