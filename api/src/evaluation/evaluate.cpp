@@ -181,7 +181,8 @@ Result resume(const std::filesystem::path& snapshot, const Options& options, con
   return guarded([&] {
     if (options.curved || options.parts_by_colour || options.coincidence != Options().coincidence ||
         !options.size_field.empty())
-      throw Error("curved, parts_by_colour, coincidence and size_field are those of the snapshot: leave them out");
+      throw Error(
+          "curved, parts_by_colour, coincidence and size_field are those of the snapshot: leave them out");
     supersteps::RunOptions run = run_options(options);
     run.resume = snapshot;
     return found(std::move(run), options, ranks, std::nullopt, {});

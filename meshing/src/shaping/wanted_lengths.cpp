@@ -64,7 +64,8 @@ std::map<std::int32_t, double> WantedLengths::tetrahedra_by_part() const {
 
 double WantedLengths::size_at(std::uint32_t p) const {
   double size = infinity;
-  for (const std::uint32_t t : editor_->star(p)) size = std::min(size, options_->size_in(editor_->at(t).part));
+  for (const std::uint32_t t : editor_->star(p))
+    size = std::min(size, options_->size_in(editor_->at(t).part));
   return options_->field.is_empty() ? size : std::min(size, options_->field.at(editor_->point(p)));
 }
 

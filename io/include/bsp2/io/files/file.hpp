@@ -12,8 +12,9 @@ inline std::filesystem::path folder_of(const std::filesystem::path& file) {
 }
 
 /// Writes a whole file at once: under a temporary name in the same folder, then renamed, so that nobody ever
-/// sees half a file. What is no regular file (a device, a pipe) is written directly, as is what the process has
-/// open already (/dev/stdout, /dev/fd/3), whatever it leads to; a symbolic link is followed. A file that is replaced keeps its permissions; one that must not be written stays.
+/// sees half a file. What is no regular file (a device, a pipe) is written directly, as is what the process
+/// has open already (/dev/stdout, /dev/fd/3), whatever it leads to; a symbolic link is followed. A file that
+/// is replaced keeps its permissions; one that must not be written stays.
 /// @throws bsp2::Error that names the path; the old file, if any, is untouched.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 

@@ -67,7 +67,8 @@ struct ShapeOptions {
 /// About so many tetrahedra with edges of this length, above 0, fill a volume.
 double count_of_size(double volume, double size);
 
-/// About so many tetrahedra a mesh of wanted lengths has, with `size` above 0; and the length of most of them.
+/// About so many tetrahedra a mesh of wanted lengths has, with `size` above 0; and the length of most of
+/// them.
 struct ExpectedCount {
   double tetrahedra = 0, length = 0;
 };
