@@ -7,11 +7,15 @@
 #include <string_view>
 #include <utility>
 
+#include "bsp2/model/expression/csg.hpp"
+
 namespace bsp2::api {
 namespace fs = std::filesystem;
 namespace {
 
 std::string text_of(const fs::path& file) {
+  std::error_code none;
+  if (!fs::is_regular_file(file, none)) return {};
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -75,7 +79,7 @@ void add_named(const std::string& source, const fs::path& file, std::vector<fs::
     std::error_code none;
     const fs::path named = (folder / name).lexically_normal();
     // One that is missing may be made later; not every text in quotes is the name of a file.
-    const bool may_come = is_source(named) && !fs::exists(named, none);
+    const bool may_come = (is_source(named) || model::is_imported(named)) && !fs::exists(named, none);
     if (!may_come && !fs::is_regular_file(named, none)) return;
     if (std::find(files.begin(), files.end(), named) == files.end()) files.push_back(named);
   };

@@ -38,6 +38,12 @@ double seconds_between(const timespec& earlier, const timespec& later) {
 timespec file_system_now(const fs::path& folder) {
   const fs::path file = folder / ".clock";
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0 &&
+      (errno == EACCES || errno == EROFS)) {  // who may only look has the clock of this machine
+    timespec now{};
+    ::clock_gettime(CLOCK_REALTIME, &now);
+    return now;
+  }
   if (descriptor < 0) cannot("write", file, errno);
   struct stat status {};
   const bool well = ::futimens(descriptor, nullptr) == 0 && ::fstat(descriptor, &status) == 0;

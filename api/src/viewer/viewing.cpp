@@ -191,6 +191,9 @@ namespace bsp2 {
 void view(const std::filesystem::path& file, const ViewerOptions& viewer, const Options& options,
           const Ranks& ranks) {
   guarded([&] {
+    std::error_code none;
+    if (std::filesystem::is_directory(file, none))
+      throw Error("'" + file.string() + "' is a directory; a model or a snapshot is viewed");
     supersteps::RunOptions run =
         api::shown(run_options(api::of_viewer(options)), viewer, ranks.implementation()->ranks.count());
     if (api::is_readable_snapshot(file, ranks.implementation()->ranks)) {

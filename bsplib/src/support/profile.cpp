@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstring>
+#include <utility>
 
 namespace bsp2::bsplib {
 
@@ -117,7 +118,10 @@ void Profile::write(const std::vector<std::string>& of_ranks) {
     for (std::size_t rank = 0; rank < rows.size(); ++rank)
       write_row(rows[rank][i], rank, texts_[rank][rows[rank][i].place], h);
   }
-  std::fflush(file_.get());
+  const bool is_written = std::fflush(file_.get()) == 0 && std::ferror(file_.get()) == 0;
+  if (!is_written && !std::exchange(is_broken_, true))
+    std::fprintf(stderr, "bsp2::bsplib: BSP2_PROFILE: the profile cannot be written on (%s)\n",
+                 std::strerror(errno));
 }
 
 void Profile::write_row(const Row& row, std::size_t rank, const std::string& place, std::uint64_t h) const {

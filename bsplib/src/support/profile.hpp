@@ -61,6 +61,7 @@ class Profile {
   MPI_Comm comm_;
   int rank_ = 0, ranks_ = 1;
   std::unique_ptr<std::FILE, Close> file_;  ///< on rank 0
+  bool is_broken_ = false;                  ///< it could not be written, which has been told
   double begin_, all_here_ = 0.0, seconds_ = 0.0;
   std::optional<Machine> machine_;
   detail::Place place_;

@@ -67,13 +67,24 @@ std::optional<std::filesystem::path> file_given_up(const RunCommand& command) {
   return outputs.surfaces.empty() ? outputs.cells : outputs.surfaces.front();
 }
 
+/// Whether there are others than those of the folder, which its name brings along.
+bool has_more_files(const Outputs& outputs) {
+  const auto is_more = [&](const std::optional<std::filesystem::path>& file) {
+    return file && !(outputs.folder && file->parent_path() == *outputs.folder);
+  };
+  return is_more(outputs.cells) || is_more(outputs.picture) || is_more(outputs.report) ||
+         is_more(outputs.table) || is_more(outputs.series) || outputs.frames ||
+         std::ranges::any_of(outputs.surfaces, is_more);
+}
+
 void tell_interruption(const RunCommand& command, spdlog::logger& log) {
   const Outputs& outputs = command.options.outputs;
   if (const auto file = file_given_up(command))
     log.warn("interrupted; '{}' is not written", file->string());
   else if (const auto& snapshot = command.options.snapshot)
-    log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}{}'", snapshot->string(),
-             snapshot->string(), outputs.folder ? " -o " + outputs.folder->string() : "");
+    log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}{}'{}", snapshot->string(),
+             snapshot->string(), outputs.folder ? " -o " + outputs.folder->string() : "",
+             has_more_files(outputs) ? ", and with the options of the other files" : "");
   else
     log.warn("interrupted; nothing is written (with --snapshot FILE.h5 the run could be resumed)");
   for (const std::string& line : earlier_files(command, false)) log.warn("{}", line);

@@ -75,17 +75,33 @@ std::array<Vector, 8> Box3::corners() const {
   return result;
 }
 
+namespace {
+
+/// In sizes of what is shown. Beyond, the picture is the same, and doubles do not tell what is in front.
+constexpr double farthest = 1e6;
+
+/// Makes a way about as long as that if it is longer. @return whether it was.
+bool comes_nearer(Vector& way, double most) {
+  const double size = std::max({std::fabs(way[0]), std::fabs(way[1]), std::fabs(way[2])});
+  if (!(most > 0) || !(size > most)) return false;
+  for (double& x : way) x *= most / size;
+  return true;
+}
+
+}  // namespace
+
 Camera::Camera(const PictureOptions& options, int dimension, const Box3& shown) {
   if (dimension == 2 && !options.eye) return;
   if (options.eye) {
-    const Vector looked_at = options.look.value_or(shown.middle()),
-                 back = difference(*options.eye, looked_at);
+    const Vector looked_at = options.look.value_or(shown.middle());
+    Vector back = difference(*options.eye, looked_at);
+    const bool is_nearer = comes_nearer(back, farthest * diagonal(shown));
     if (!(length(back) > 0))
       throw Error("the eye is where it looks, at (" + std::to_string(looked_at[0]) + ", " +
                   std::to_string(looked_at[1]) + ", " + std::to_string(looked_at[2]) +
                   "): choose another --eye or --look");
     const Vector way = turned(back, options.turn);
-    eye_ = options.turn == 0 ? *options.eye : sum(looked_at, way);
+    eye_ = options.turn == 0 && !is_nearer ? *options.eye : sum(looked_at, way);
     toward_ = normalized(way);
     near_ = 1e-4 * std::max(diagonal(shown), length(back));
   } else {

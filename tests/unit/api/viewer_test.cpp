@@ -424,13 +424,13 @@ TEST(FileWatch, SeesWhatAModelIsMadeOf) {
   write(model,
         "include <lib/b.scad>\nuse <c.scad>\n x = 1 < 2; s = \"no file\"; // \"other.scad\"\n"
         "u = \"http://x\"; /*/ include <other.scad>\n \"other.scad\" */\n");
-  write(included, "import(\"mesh.stl\");\n");
+  write(included, "import(\"mesh.stl\"); import(file = \"later.stl\");\n");
   write(used, "include <lib//../a.scad>\n");
   write(mesh, "solid\n");
   write(other, "cube();\n");
   const auto files = files_of_model(model);
   EXPECT_EQ(std::set<fs::path>(files.begin(), files.end()),
-            (std::set<fs::path>{model, included, used, mesh}));
+            (std::set<fs::path>{model, included, used, mesh, included.parent_path() / "later.stl"}));
   for (const fs::path& changed : {model, included, used, mesh}) {
     FileWatch watch(model);
     EXPECT_FALSE(watch.has_changed()) << changed;

@@ -356,8 +356,8 @@ TEST_P(RandomBrep, IsWhatTrianglesAndCellsTell) {
   if (std::getenv("BSP2_SEED") != nullptr) return;
   EXPECT_GT(2 * solids, samples::rounds(150U));
   EXPECT_LT(joined, solids / 10);
-  if (GetParam() == Kind::grid_boxes) {
-    EXPECT_GT(crowded, 0U);
+  if (GetParam() == Kind::grid_boxes && samples::rounds(150) >= 150) {
+    EXPECT_GT(crowded, 0U);  // a few of a hundred have one
   }
 }
 
