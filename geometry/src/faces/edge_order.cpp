@@ -30,22 +30,21 @@ bool EdgeOrder::are_about_one_edge(std::span<const FaceAtEdge> faces) {
 }
 
 bool EdgeOrder::make_pairs(std::span<FaceAtEdge> faces) {
-  std::map<std::int32_t, std::vector<FaceAtEdge>> open;
+  // By the part that begins with a face, counter-clockwise, and what is before it.
+  std::map<std::array<std::int32_t, 2>, std::vector<FaceAtEdge>> open;
   std::vector<FaceAtEdge> pairs, closing;
   const auto close = [&](const FaceAtEdge& face) {
-    auto& opened = open[part_beside(face, false)];
+    auto& opened = open[{part_beside(face, false), part_beside(face, true)}];
     if (opened.empty()) return false;
     pairs.insert(pairs.end(), {opened.back(), face});
     opened.pop_back();
     return true;
   };
   for (const FaceAtEdge& face : faces) {
-    const bool opens = part_beside(face, true) != Skin::outside,
-               closes = part_beside(face, false) != Skin::outside;
-    if (opens == closes) return false;  // a face between two parts
-    if (opens)
-      open[part_beside(face, true)].push_back(face);
-    else if (!close(face))
+    if (close(face)) continue;
+    if (const std::int32_t begins = part_beside(face, true); begins != Skin::outside)
+      open[{begins, part_beside(face, false)}].push_back(face);
+    else
       closing.push_back(face);  // by one that follows, around the edge
   }
   if (!std::ranges::all_of(closing, close) || pairs.size() != faces.size()) return false;

@@ -331,6 +331,27 @@ TEST(Brep, KeepsEdgesApartThatRoundToOne) {
   EXPECT_TRUE(std::ranges::any_of(times, [](const auto& edge) { return edge.second == 2; }));
 }
 
+/// Every second operand is a part of its own.
+model::Expression with_parts(Random& random, Kind kind) {
+  std::vector<model::Expression> operands;
+  for (int i = 0; i < 4; ++i) {
+    const auto operand = random_expression(random, 3, kind, 1);
+    operands.push_back(i % 2 == 0 ? model::part("part " + std::to_string(i), operand) : operand);
+  }
+  return model::unite(operands);
+}
+
+/// Likewise with parts: one of the two edges is of an interface.
+TEST(Brep, KeepsEdgesOfPartsApartThatRoundToOne) {
+  Random random(1675350822);
+  const Found f = found(with_parts(random, Kind::solids), true);
+  std::size_t joined = 0;
+  ASSERT_NO_FATAL_FAILURE(check(f, joined, true));
+  std::map<std::array<std::uint32_t, 2>, int> times;
+  for (const Brep::Edge& edge : f.brep.edges) ++times[edge.ends];
+  EXPECT_TRUE(std::ranges::any_of(times, [](const auto& edge) { return edge.second == 2; }));
+}
+
 class RandomBrep : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(Of, RandomBrep, testing::Values(Kind::grid_boxes, Kind::solids), [](const auto& p) {
   return std::string(p.param == Kind::solids ? "solids" : "boxes");
@@ -359,16 +380,6 @@ TEST_P(RandomBrep, IsWhatTrianglesAndCellsTell) {
   if (GetParam() == Kind::grid_boxes && samples::rounds(150) >= 150) {
     EXPECT_GT(crowded, 0U);  // a few of a hundred have one
   }
-}
-
-/// Every second operand is a part of its own.
-model::Expression with_parts(Random& random, Kind kind) {
-  std::vector<model::Expression> operands;
-  for (int i = 0; i < 4; ++i) {
-    const auto operand = random_expression(random, 3, kind, 1);
-    operands.push_back(i % 2 == 0 ? model::part("part " + std::to_string(i), operand) : operand);
-  }
-  return model::unite(operands);
 }
 
 TEST_P(RandomBrep, BoundsEachPartWithItsInterfaces) {
