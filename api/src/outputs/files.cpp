@@ -70,7 +70,7 @@ void check_ending(const fs::path& file, bool is_known, const std::string& ending
 }
 
 /// Those that a run reads its model from, or would if it goes on from a snapshot.
-std::vector<fs::path> files_of_model(const supersteps::RunOptions& run) {
+std::vector<fs::path> files_read_by(const supersteps::RunOptions& run) {
   std::error_code none;
   if (run.resume) {
     if (!io::is_snapshot(*run.resume)) return {};
@@ -78,7 +78,7 @@ std::vector<fs::path> files_of_model(const supersteps::RunOptions& run) {
     return files_of_text(head.source, head.model);
   }
   if (run.text) return files_of_text(*run.text, run.model);
-  if (fs::is_regular_file(run.model, none)) return api::files_of_model(run.model);  // a pipe can be read once
+  if (fs::is_regular_file(run.model, none)) return files_of_model(run.model);  // a pipe can be read once
   return {};
 }
 
@@ -103,7 +103,7 @@ void check_inputs(const Writing& writing) {
   std::vector<fs::path> inputs = writing.files.read;
   if (writing.run.resume) inputs.push_back(*writing.run.resume);
   if (!writing.run.model.empty()) inputs.push_back(writing.run.model);
-  const std::vector<fs::path> of_model = files_of_model(writing.run);
+  const std::vector<fs::path> of_model = files_read_by(writing.run);
   for (const fs::path& file : files) {
     for (const fs::path& input : inputs) refuse(file, input, "it is the input itself");
     for (const fs::path& input : of_model) refuse(file, input, "the model is made of it");

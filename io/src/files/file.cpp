@@ -27,6 +27,8 @@ namespace {
 
 std::error_code last_error() { return {errno, std::generic_category()}; }
 
+constexpr int most_links = 40;  // that lead to each other, as the system allows
+
 /// Writes and closes; false with errno set if anything failed, be it the last byte.
 bool write_all(int descriptor, const Pieces& next_piece) {
   for (std::string_view bytes = next_piece(); !bytes.empty(); bytes = next_piece())
@@ -47,7 +49,6 @@ bool write_all(int descriptor, const Pieces& next_piece) {
 /// The file that a path stands for, be it there or not: links are followed, so that they survive the
 /// renaming.
 fs::path target_of(fs::path path) {
-  constexpr int most_links = 40;  // as the system allows
   std::error_code error;
   for (int links = 0; links < most_links && fs::is_symlink(path, error); ++links) {
     const fs::path target = fs::read_symlink(path, error);
@@ -59,7 +60,6 @@ fs::path target_of(fs::path path) {
 
 /// The number of a descriptor of this process by a name of it, such as /dev/stdout; none for other names.
 std::optional<int> descriptor_of(fs::path path) {
-  constexpr int most_links = 40;
   std::error_code error;
   const std::string own = "/proc/" + std::to_string(::getpid()) + "/fd";
   for (int links = 0; links < most_links; ++links) {

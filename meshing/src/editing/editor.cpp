@@ -89,7 +89,7 @@ double Editor::length(std::uint32_t u, std::uint32_t v) const {
 
 double Editor::volume(std::uint32_t t) const {
   const auto& [a, b, c, d] = tetrahedra_[t].point;
-  return dot(cross(points_[b] - points_[a], points_[c] - points_[a]), points_[d] - points_[a]) / 6;
+  return volume_of(points_[a], points_[b], points_[c], points_[d]);
 }
 
 void Editor::find_neighbours(std::uint32_t p, std::vector<std::uint32_t>& all) const {
